@@ -1,0 +1,3 @@
+"""A virtual test rig for a quasi-zero-stiffness vibration isolation platform."""
+
+__version__ = '0.1.0'

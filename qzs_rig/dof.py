@@ -1,0 +1,15 @@
+"""The four degrees of freedom, by the names and in the order used everywhere."""
+
+from __future__ import annotations
+
+DOFS = ('vertical', 'horizontal', 'vertical_rotation', 'horizontal_rotation')
+"""Order of every last axis of length four. Frames are z up (REP 103): vertical is +z,
+horizontal is +x, vertical_rotation turns about +z (yaw), horizontal_rotation about +y (pitch)."""
+
+TRANSLATIONS = DOFS[:2]
+ROTATIONS = DOFS[2:]
+
+
+def displacement_unit(dof: str) -> str:
+    """`m` for a translation, `rad` for a rotation."""
+    return 'm' if dof in TRANSLATIONS else 'rad'
