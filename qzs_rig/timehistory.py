@@ -33,9 +33,7 @@ class TimeHistory:
 
     def __post_init__(self) -> None:
         if self.data.ndim != 2 or self.data.shape[1] != len(self.channels):
-            raise ValueError(
-                f'data {self.data.shape} does not fit {len(self.channels)} channels'
-            )
+            raise ValueError(f'data {self.data.shape} does not fit {len(self.channels)} channels')
 
     def __len__(self) -> int:
         return int(self.data.shape[0])

@@ -1,1 +1,70 @@
+"""What the shaker is asked to do. A new excitation is one file with `PARAMETERS` and `plan`
+and one line in EXCITATIONS."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from qzs_rig.dof import DOFS, TRANSLATIONS
+from qzs_rig.excitation import sine, stepped_sine, sweep
+from qzs_rig.excitation.segments import Segment
+from qzs_rig.parameters import Parameter, RunSpec
+
+EXCITATIONS: dict[str, Callable[[RunSpec], tuple[Segment, ...]]] = {
+    'sine': sine.plan,
+    'stepped_sine': stepped_sine.plan,
+    'sweep': sweep.plan,
+}
+
+QUANTITIES = ('displacement', 'velocity', 'acceleration')
+"""What is held constant over frequency; the index is the order of the time derivative."""
+
+PARAMETERS = (
+    Parameter(
+        'excitation.kind', str, 'sweep', '', 'sort of base motion', choices=tuple(EXCITATIONS)
+    ),
+    Parameter(
+        'excitation.quantity',
+        str,
+        'acceleration',
+        '',
+        'quantity whose amplitude is held constant over frequency',
+        choices=QUANTITIES,
+    ),
+    *(
+        Parameter(
+            f'excitation.amplitude.{dof}',
+            float,
+            0.0,
+            'm, m/s or m/s²' if dof in TRANSLATIONS else 'rad, rad/s or rad/s²',
+            f'peak amplitude of the {dof.replace("_", " ")} of the base, in the unit of quantity',
+            0.0,
+        )
+        for dof in DOFS
+    ),
+    Parameter('excitation.ramp', float, 3.0, 's', 'cosine ramp at start and end', 0.0, above=True),
+    Parameter('excitation.frequency_low', float, 1.0, 'Hz', 'lower end of the band', 0, above=True),
+    Parameter(
+        'excitation.frequency_high', float, 4.0, 'Hz', 'upper end of the band', 0, above=True
+    ),
+    Parameter(
+        'excitation.duration',
+        float,
+        114.0,
+        's',
+        'length of a sine dwell or of a whole sweep, without the ramps',
+        0.0,
+        above=True,
+    ),
+    Parameter(
+        'excitation.direction',
+        str,
+        'there_and_back',
+        '',
+        'way through the band of a sweep or a stepped sine',
+        choices=('forward', 'reverse', 'there_and_back'),
+    ),
+    *sine.PARAMETERS,
+    *sweep.PARAMETERS,
+    *stepped_sine.PARAMETERS,
+)

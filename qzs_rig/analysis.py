@@ -1,0 +1,65 @@
+"""The analyzer as a stage: two Imu streams in, an Estimate out."""
+
+from __future__ import annotations
+
+from qzs_rig.estimation import ESTIMATORS, SteppedSine, TrackedSine
+from qzs_rig.estimation.alignment import Aligner, StreamCounts
+from qzs_rig.estimation.channels import ChannelMap
+from qzs_rig.estimation.estimate import Estimate
+from qzs_rig.estimation.parameters import settings_of
+from qzs_rig.parameters import RunSpec
+from qzs_rig.wire import ImuBatch
+
+
+class AnalyzerStage:
+    """Maps both sensors to the degrees of freedom, aligns them and estimates transmissibility.
+
+    The estimate depends on the samples alone, never on how they were cut into chunks, so a live
+    run, its bag and the run in process agree in every bit.
+    """
+
+    def __init__(self, spec: RunSpec, step_ns: int | None) -> None:
+        """`step_ns` of the run; None finds it in the stamps of a driver."""
+        self._spec = spec
+        self._maps = {plate: ChannelMap.from_spec(spec, plate) for plate in ('base', 'top')}
+        self._aligner = Aligner(step_ns)
+        self._settings = settings_of(spec)
+        self._estimator: TrackedSine | SteppedSine | None = None
+
+    def push_base(self, batch: ImuBatch) -> None:
+        """Readings of the base sensor."""
+        self._aligner.push_base(batch.stamps_ns, self._maps['base'].pick(batch.data))
+
+    def push_top(self, batch: ImuBatch) -> None:
+        """Readings of the top sensor; then estimates as far as both sensors reach."""
+        self._aligner.push_top(batch.stamps_ns, self._maps['top'].pick(batch.data))
+        self._advance(final=False)
+
+    def latest(self, dof: str) -> tuple[float, complex] | None:
+        """Newest frequency (Hz) and transmissibility of `dof`, None before the first."""
+        return self._estimator.latest(dof) if self._estimator else None
+
+    @property
+    def counts(self) -> dict[str, StreamCounts]:
+        """Samples received, lost, duplicated and reordered on 'base' and 'top'."""
+        return self._aligner.counts
+
+    def preview(self) -> Estimate:
+        """The estimate of what has come so far."""
+        return self._estimator.result() if self._estimator else Estimate()
+
+    def result(self) -> Estimate:
+        """The estimate of everything; nothing may be pushed afterwards."""
+        self._advance(final=True)
+        streams = {plate: counts._asdict() for plate, counts in self.counts.items()}
+        estimate = self.preview()
+        return Estimate(estimate.curves, estimate.events, estimate.quality | {'streams': streams})
+
+    def _advance(self, final: bool) -> None:
+        pair = self._aligner.take(final)
+        if len(pair.base) == 0:
+            return
+        if self._estimator is None:
+            name = self._spec.text('analyzer.estimator')
+            self._estimator = ESTIMATORS[name](self._settings, pair.step_ns)
+        self._estimator.push(pair.base, pair.top)

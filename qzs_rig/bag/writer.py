@@ -1,0 +1,257 @@
+"""The recorder: topics of a run to a rosbag2 folder, as raw CDR bytes, at the rate of the rig."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from itertools import pairwise
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from qzs_rig.bag import metadata
+from qzs_rig.bag.layout import Bytes, Stamps
+from qzs_rig.bag.locate import new_folder
+from qzs_rig.bag.mcap_file import McapFile
+from qzs_rig.bag.topics import Channel, TopicSpec, absolute, declare
+from qzs_rig.errors import BagError
+
+STAMP_PERIOD_NS = 200_000_000
+"""Chunks close on this grid of stamp time: shorter than the wall period, so that a run in real
+time is cut by its stamps and the same run gives the same bytes."""
+
+WALL_PERIOD = 0.25
+"""Seconds a message may wait in memory when stamps stand still or run slowly."""
+
+CHUNK_BYTES = 1 << 20
+LARGEST_MESSAGE = 32 << 20
+"""Above, the chunk would be refused by the reader's limits."""
+
+LOOSE_MESSAGES = 1024
+
+
+class BagWriter:
+    """Writes `<folder>/<folder name>_0.mcap` and metadata.yaml; log time = publish time = stamp.
+
+    A chunk is handed to the system every 0.2 s of stamp time and every 0.25 s of wall time, the
+    latter only while `write…` or `tick` are called: own a timer that calls `tick`. Not for use
+    from several threads at once. The same calls give the same bytes unless the wall clock cut a
+    chunk (`wall_cuts`); the messages and their order are the same in any case.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        topics: Sequence[TopicSpec],
+        *,
+        level: int | None = 1,
+        chunk_bytes: int = CHUNK_BYTES,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`level` of zstd, None for none; `clock` in seconds, steady. Raises BagError."""
+        channels = _channels(topics)
+        self.path = new_folder(folder) / f'{Path(folder).resolve().name}_0.mcap'
+        self.wall_cuts = 0
+        self._channels = {channel.topic: channel for channel in channels}
+        self._loose: dict[str, tuple[list[int], list[bytes]]] = {
+            x.topic: ([], []) for x in channels
+        }
+        self._loose_messages = 0
+        self._clock = clock
+        self._next_cut_ns: int | None = None
+        self._wall_limit = math.inf
+        self._closed = False
+        with self._reporting_disk():
+            self._file = McapFile(self.path, level=level, chunk_bytes=chunk_bytes)
+            self._file.begin(channels)
+            metadata.save(self.path.parent, self._information())
+
+    def write_rows(self, topic: str, stamps_ns: ArrayLike, rows: Bytes) -> None:
+        """Messages of one length: stamps (n,), rows (n, length) uint8."""
+        channel = self._open_channel(topic)
+        stamps = _checked_stamps(stamps_ns, len(rows))
+        if rows.ndim != 2 or rows.dtype != np.uint8:
+            raise ValueError(f'rows {rows.dtype} {rows.shape} are not (n, length) uint8')
+        if len(rows):
+            _check_length(channel.topic, rows.shape[1])
+            with self._reporting_disk():
+                self._fold()
+                self._file.append_rows(channel.id, stamps, rows)
+                self._cut_if_due(int(stamps.max()))
+
+    def write(self, topic: str, stamps_ns: ArrayLike, messages: Sequence[bytes]) -> None:
+        """Messages of any length: stamps (n,), n messages."""
+        channel = self._open_channel(topic)
+        stamps = _checked_stamps(stamps_ns, len(messages))
+        for message in messages:
+            _check_length(channel.topic, len(message))
+        if len(messages):
+            with self._reporting_disk():
+                self._fold()
+                self._append(channel.id, stamps, messages)
+                self._cut_if_due(int(stamps.max()))
+
+    def write_one(self, topic: str, stamp_ns: int, message: bytes) -> None:
+        """One message, cheap enough for a callback: gathered and written with its neighbours."""
+        if topic not in self._loose or self._closed:
+            topic = self._open_channel(topic).topic
+        if not 4 <= len(message) <= LARGEST_MESSAGE or stamp_ns < 0:
+            _check_length(topic, len(message))
+            _checked_stamps([stamp_ns], 1)
+        stamps, messages = self._loose[topic]
+        stamps.append(stamp_ns)
+        messages.append(message)
+        self._loose_messages += 1
+        if (
+            self._loose_messages >= LOOSE_MESSAGES
+            or self._next_cut_ns is None
+            or stamp_ns >= self._next_cut_ns
+            or self._wall_limit == math.inf
+        ):
+            with self._reporting_disk():
+                if self._loose_messages >= LOOSE_MESSAGES:
+                    self._fold()
+                self._cut_if_due(stamp_ns)
+        else:
+            self.tick()
+
+    def tick(self) -> None:
+        """Hand over what has waited for 0.25 s of wall time; for the owner's timer."""
+        if self._clock() >= self._wall_limit and not self._closed:
+            self.wall_cuts += 1
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand everything written so far to the system."""
+        if not self._closed:
+            with self._reporting_disk():
+                self._fold()
+                self._file.flush()
+                self._wall_limit = math.inf
+
+    def close(self) -> None:
+        """Write the summary and the final metadata.yaml; a second call does nothing."""
+        if self._closed:
+            return
+        with self._reporting_disk():
+            self._fold()
+            self._file.flush()
+            self._finish()
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _open_channel(self, topic: str) -> Channel:
+        if self._closed:
+            raise BagError(f'bag {self.path.parent} is closed; record to a new folder')
+        try:
+            return self._channels[absolute(topic)]
+        except KeyError:
+            known = ', '.join(self._channels)
+            raise BagError(f'topic {topic!r} is not recorded here; take one of {known}') from None
+
+    def _fold(self) -> None:
+        """Single messages into the open chunk, topic by topic."""
+        if not self._loose_messages:
+            return
+        loose = self._loose
+        self._loose = {topic: ([], []) for topic in loose}
+        self._loose_messages = 0
+        for topic, (stamps, messages) in loose.items():
+            if messages:
+                channel = self._channels[topic].id
+                self._append(channel, np.array(stamps, dtype=np.int64), messages)
+
+    def _append(self, channel: int, stamps_ns: Stamps, messages: Sequence[bytes]) -> None:
+        """Equal neighbours in length go together, so that a fixed-size topic is one block."""
+        lengths = np.fromiter(map(len, messages), dtype=np.int64, count=len(messages))
+        cuts = [0, *(np.flatnonzero(np.diff(lengths)) + 1).tolist(), len(messages)]
+        for first, last in pairwise(cuts):
+            packed = np.frombuffer(b''.join(messages[first:last]), dtype=np.uint8)
+            rows = packed.reshape(last - first, -1)
+            self._file.append_rows(channel, stamps_ns[first:last], rows)
+
+    def _cut_if_due(self, stamp_ns: int) -> None:
+        """Close the chunk when a stamp passes the grid, else see that the wall clock will."""
+        after = (stamp_ns // STAMP_PERIOD_NS + 1) * STAMP_PERIOD_NS
+        if self._next_cut_ns is None:
+            self._next_cut_ns = after
+        if stamp_ns >= self._next_cut_ns:
+            self._next_cut_ns = after
+            self.flush()
+        elif self._wall_limit == math.inf:
+            self._wall_limit = self._clock() + WALL_PERIOD
+        else:
+            self.tick()
+
+    def _information(self) -> str:
+        file = self._file
+        return metadata.information(
+            self.path.name, file.channels, file.counts, file.start_ns, file.end_ns
+        )
+
+    def _finish(self) -> None:
+        information = self._information()
+        self._file.finish(information)
+        self._file.close()
+        self._closed = True
+        metadata.save(self.path.parent, information)
+
+    @contextmanager
+    def _reporting_disk(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise BagError(self._give_up(error.strerror or str(error))) from error
+
+    def _give_up(self, reason: str) -> str:
+        """Close the bag with what reached the disk; say whether it worked."""
+        if not hasattr(self, '_file'):
+            return f'bag {self.path.parent} cannot be written ({reason}); choose another folder'
+        kept = f'{self.path.parent}: {reason} after {self._file.messages} messages'
+        if not self._closed:
+            self._closed = True
+            try:
+                self._finish()
+            except OSError:
+                with suppress(OSError):
+                    self._file.close()
+                return f'{kept}; free space, then `qzs-rig bag recover {self.path.parent}`'
+        return f'{kept}; the bag is closed and readable up to there, record the rest elsewhere'
+
+
+def _channels(topics: Sequence[TopicSpec]) -> list[Channel]:
+    names = [absolute(spec.name) for spec in topics]
+    for name in names:
+        if names.count(name) > 1:
+            raise BagError(f'topic {name!r} is listed {names.count(name)} times; list it once')
+    return [declare(spec, number) for number, spec in enumerate(topics, start=1)]
+
+
+def _checked_stamps(stamps_ns: ArrayLike, count: int) -> Stamps:
+    stamps: Stamps = np.asarray(stamps_ns, dtype=np.int64)
+    if stamps.shape != (count,):
+        raise ValueError(f'stamps {stamps.shape} do not fit {count} messages')
+    if count and stamps.min() < 0:
+        raise BagError(f'stamp {stamps.min()} ns is negative; a bag counts from 1970 onwards')
+    return stamps
+
+
+def _check_length(topic: str, length: int) -> None:
+    if not 4 <= length <= LARGEST_MESSAGE:
+        raise BagError(
+            f'message of {length} bytes on {topic} is not CDR of 4 B to 32 MiB; '
+            'hand over the raw bytes of the subscription'
+        )

@@ -1,0 +1,77 @@
+"""Which field of which Imu feeds which degree of freedom: any pair of sensors can take part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from qzs_rig.dof import DOFS, TRANSLATIONS
+from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.timehistory import Array
+
+FIELDS = tuple(
+    f'{kind}.{axis}' for kind in ('angular_velocity', 'linear_acceleration') for axis in 'xyz'
+)
+"""Columns of an Imu reading, in the order of sensing.imu.IMU_CHANNELS."""
+
+PLATES = ('base', 'top')
+
+_AXIS = {
+    'vertical': 'linear_acceleration.z',
+    'horizontal': 'linear_acceleration.x',
+    'vertical_rotation': 'angular_velocity.z',
+    'horizontal_rotation': 'angular_velocity.y',
+}
+
+PARAMETERS = tuple(
+    parameter
+    for plate in PLATES
+    for dof in DOFS
+    for parameter in (
+        Parameter(
+            f'analyzer.{plate}.axis.{dof}',
+            str,
+            _AXIS[dof],
+            '',
+            f'field of the {plate} Imu that shows {dof.replace("_", " ")}; a leading - turns it',
+            choices=tuple(
+                sign + field
+                for sign in ('', '-')
+                for field in FIELDS
+                if field.startswith('linear') == (dof in TRANSLATIONS)
+            ),
+        ),
+        Parameter(
+            f'analyzer.{plate}.scale.{dof}',
+            float,
+            1.0,
+            'm/s² or rad/s a unit of the field',
+            f'factor on that field of the {plate} Imu (9.80665 for a sensor that reports g)',
+            0.0,
+            above=True,
+        ),
+    )
+)
+
+
+@dataclass(frozen=True)
+class ChannelMap:
+    """Column and signed scale for each degree of freedom of one plate's Imu."""
+
+    columns: tuple[int, ...]
+    scales: tuple[float, ...]
+
+    @classmethod
+    def from_spec(cls, spec: RunSpec, plate: str) -> ChannelMap:
+        """The map of `plate` ('base' or 'top')."""
+        axes = [spec.text(f'analyzer.{plate}.axis.{dof}') for dof in DOFS]
+        scales = [spec.number(f'analyzer.{plate}.scale.{dof}') for dof in DOFS]
+        return cls(
+            tuple(FIELDS.index(axis.lstrip('-')) for axis in axes),
+            tuple(-s if axis[0] == '-' else s for axis, s in zip(axes, scales, strict=True)),
+        )
+
+    def pick(self, readings: Array) -> Array:
+        """Imu readings (n, 6) -> (n, 4): m/s² or rad/s of each degree of freedom."""
+        return np.asarray(readings[:, list(self.columns)] * np.array(self.scales))

@@ -1,0 +1,201 @@
+"""The platform: mass, damping and restoring law of four degrees of freedom, in SI."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from qzs_rig.dof import DOFS
+from qzs_rig.errors import InputError
+from qzs_rig.mechanics.design import Design
+from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.parameters import Parameter, RunSpec
+
+
+def _positive(name: str, default: float | None, unit: str, text: str) -> Parameter:
+    return Parameter(f'platform.{name}', float, default, unit, text, 0.0, above=True)
+
+
+PARAMETERS = (
+    Parameter(
+        'platform.law',
+        str,
+        'corrected',
+        '',
+        'restoring law of the springs',
+        choices=tuple(RESTORING),
+    ),
+    _positive('k1', 20000.0, 'N/m', 'central spring (Table 1)'),
+    Parameter('platform.k2', float, 22000.0, 'N/m', 'suspension springs (Table 1)', 0.0),
+    Parameter('platform.k3', float, 2000.0, 'N/m', 'leaf springs (Table 1)', 0.0),
+    _positive(
+        'L1',
+        0.6 * math.sqrt(3.0) / 2.0,
+        'm',
+        'stretch of the central spring; Table 1 prints 0.52, which is sqrt(3)/2 L20 rounded',
+    ),
+    _positive('L20', 0.6, 'm', 'suspension spring (Table 1)'),
+    _positive('L0', 0.06, 'm', 'radius of the top plate (Table 1)'),
+    _positive('m', 50.0, 'kg', 'payload (Table 1)'),
+    _positive('I_vm', None, 'kg m²', 'inertia about the vertical axis; unset: a disc, m L0²/2'),
+    _positive('I_hm', None, 'kg m²', 'inertia about a horizontal axis; unset: a disc, m L0²/4'),
+    *(
+        Parameter(
+            f'platform.C.{dof}',
+            float,
+            44.3 if number < 2 else None,
+            'N s/m' if number < 2 else 'N m s/rad',
+            'damping (Table 1)'
+            if number < 2
+            else 'damping; unset: the damping ratio of the vertical (erratum E19)',
+            0.0,
+        )
+        for number, dof in enumerate(DOFS)
+    ),
+    Parameter(
+        'platform.A', float, None, '', 'k2/k1, instead of k2', 0.0, replaces=('platform.k2',)
+    ),
+    Parameter(
+        'platform.k3_hat', float, None, '', 'k3/k1, instead of k3', 0.0, replaces=('platform.k3',)
+    ),
+    Parameter(
+        'platform.L1_hat',
+        float,
+        None,
+        '',
+        'L1/L20, instead of L1',
+        0.0,
+        1.0,
+        above=True,
+        replaces=('platform.L1',),
+    ),
+    Parameter(
+        'platform.L0_hat',
+        float,
+        None,
+        '',
+        'L0/L20, instead of L0',
+        0.0,
+        above=True,
+        replaces=('platform.L0',),
+    ),
+    Parameter(
+        'platform.zeta',
+        float,
+        None,
+        '',
+        'damping ratio C omega0/(2 k1) of all degrees of freedom, instead of C',
+        0.0,
+        replaces=tuple(f'platform.C.{dof}' for dof in DOFS),
+    ),
+    Parameter('platform.substeps', int, 1, '', 'integration steps a sample', 1, 1000),
+    Parameter(
+        'platform.kernel',
+        str,
+        'auto',
+        '',
+        'who steps: the interpreter, numba (the same bits, faster), or numba where installed',
+        choices=('auto', 'python', 'numba'),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Platform:
+    """M w'' + C w' + F(w) = -M v'' for w = u - v, each degree of freedom by itself (25)-(27).
+
+    All tuples are in the order of DOFS. `length` scales motion: w_hat = w / length, negative for
+    `vertical` because the paper's x points down and the rig's z up; 1 for rotations. `stiffness`
+    scales force, F(w) = stiffness length F_hat(w_hat): k1 for translations, k1 L20 L0 otherwise.
+    """
+
+    law: RestoringLaw
+    design: Design
+    mass: tuple[float, ...]
+    damping: tuple[float, ...]
+    length: tuple[float, ...]
+    stiffness: tuple[float, ...]
+
+    @classmethod
+    def from_spec(cls, spec: RunSpec) -> Platform:
+        """The platform of a run; raises InputError for a geometry that cannot be built."""
+        k1, L20, m = (spec.number(f'platform.{name}') for name in ('k1', 'L20', 'm'))
+        design = _design(spec, k1, L20)
+        L0 = design.L0 * L20
+        inertia = {
+            'I_vm': spec.optional('platform.I_vm') or m * L0**2 / 2.0,
+            'I_hm': spec.optional('platform.I_hm') or m * L0**2 / 4.0,
+        }
+        mass = (m, m, inertia['I_vm'], inertia['I_hm'])
+        stiffness = (k1, k1, k1 * L20 * L0, k1 * L20 * L0)
+        return cls(
+            law=RESTORING[spec.text('platform.law')],
+            design=design,
+            mass=mass,
+            damping=_damping(spec, mass, stiffness),
+            length=(-L20, L20, 1.0, 1.0),
+            stiffness=stiffness,
+        )
+
+    @property
+    def omega0(self) -> tuple[float, ...]:
+        """Reference frequency sqrt(stiffness/mass) of each degree of freedom in rad/s."""
+        return tuple(math.sqrt(s / m) for s, m in zip(self.stiffness, self.mass, strict=True))
+
+    @property
+    def zeta(self) -> tuple[float, ...]:
+        """Damping ratio C/(2 M omega0) of each degree of freedom."""
+        return tuple(
+            c / (2.0 * m * w) for c, m, w in zip(self.damping, self.mass, self.omega0, strict=True)
+        )
+
+    def cautions(self, driven: tuple[bool, ...]) -> list[str]:
+        """What a user should know before trusting a run of the `driven` degrees of freedom."""
+        said = []
+        for dof, (c1, _), moves in zip(DOFS, self.law.cubic(self.design), driven, strict=True):
+            if moves and c1 < 0.0 and self.law.name != 'linear':
+                said.append(
+                    f'{dof} has negative stiffness ({c1:.4g}) at the working point and will tip '
+                    'over to a side; k3_hat >= A L0_hat and condition (16) avoid it'
+                )
+        if self.law.name == 'closed_form' and driven[DOFS.index('horizontal')]:
+            said.append(
+                'closed_form slides into a false well horizontally (erratum E4); '
+                'use platform.law corrected'
+            )
+        return said
+
+
+def _design(spec: RunSpec, k1: float, L20: float) -> Design:
+    def ratio(hat: str, si: str, scale: float) -> float:
+        value = spec.optional(f'platform.{hat}')
+        return spec.number(f'platform.{si}') / scale if value is None else value
+
+    L1 = ratio('L1_hat', 'L1', L20)
+    if not L1 < 1.0:
+        raise InputError(
+            f'platform.L1 / L20 = {L1:g} must be below 1: suspension springs would not incline; '
+            'shorten L1 or lengthen L20'
+        )
+    return Design.of(
+        A=ratio('A', 'k2', k1),
+        k3=ratio('k3_hat', 'k3', k1),
+        L1=L1,
+        L0=ratio('L0_hat', 'L0', L20),
+    )
+
+
+def _damping(
+    spec: RunSpec, mass: tuple[float, ...], stiffness: tuple[float, ...]
+) -> tuple[float, ...]:
+    critical = [2.0 * math.sqrt(s * m) for s, m in zip(stiffness, mass, strict=True)]
+    zeta = spec.optional('platform.zeta')
+    if zeta is not None:
+        return tuple(zeta * c for c in critical)
+    given = [spec.optional(f'platform.C.{dof}') for dof in DOFS]
+    vertical = given[0] if given[0] is not None else 0.0
+    same_ratio = [vertical / critical[0] * c for c in critical]
+    return tuple(
+        c if c is not None else default for c, default in zip(given, same_ratio, strict=True)
+    )

@@ -1,0 +1,68 @@
+"""The whole rig in one process: exciter, platform, analyzer and recorder, chunk by chunk."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from qzs_rig.analysis import AnalyzerStage
+from qzs_rig.estimation.estimate import Estimate
+from qzs_rig.parameters import RunSpec
+from qzs_rig.scenario import step_ns_of
+from qzs_rig.stages import ExciterStage, PlatformOutput, PlatformStage
+from qzs_rig.timehistory import NS, TimeHistory
+from qzs_rig.wire import ImuBatch
+
+CHUNK = 2000
+"""Samples a chunk in process: long enough that the work, not the calls, takes the time."""
+
+Tap = Callable[[TimeHistory, PlatformOutput], None]
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run in process gave; `wall_s` counts from the first to the last sample."""
+
+    estimate: Estimate
+    samples: int
+    rig_s: float
+    wall_s: float
+    cautions: tuple[str, ...]
+
+
+def run(
+    spec: RunSpec,
+    start_ns: int = 0,
+    tap: Tap | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    chunk: int = CHUNK,
+) -> RunResult:
+    """Perform `spec`; `tap` sees every chunk of base motion with the readings it caused.
+
+    `progress(done, samples)` is called after each chunk. KeyboardInterrupt passes through; what
+    `tap` has seen by then is complete.
+    """
+    step_ns = step_ns_of(spec)
+    exciter = ExciterStage(spec, start_ns, step_ns)
+    platform = PlatformStage(spec, step_ns)
+    analyzer = AnalyzerStage(spec, step_ns)
+    began = time.perf_counter()
+    while exciter.given < exciter.samples:
+        base = exciter.take(chunk)
+        out = platform.push(base)
+        if tap:
+            tap(base, out)
+        analyzer.push_base(ImuBatch(out.base_imu.stamps_ns(), out.base_imu.data))
+        analyzer.push_top(ImuBatch(out.top_imu.stamps_ns(), out.top_imu.data))
+        if progress:
+            progress(exciter.given, exciter.samples)
+    estimate = analyzer.result()
+    driven = tuple(bool(a) for a in exciter.drive.amplitude)
+    return RunResult(
+        estimate,
+        exciter.samples,
+        (exciter.samples - 1) * step_ns / NS,
+        time.perf_counter() - began,
+        tuple(platform.platform.cautions(driven)),
+    )

@@ -1,0 +1,165 @@
+"""A node that follows a run: gets ready for the lead's sheet, works, says how far it is."""
+
+from __future__ import annotations
+
+import json
+import time
+
+from qzs_rig import wire
+from qzs_rig.errors import PeerError, RigError
+from qzs_rig.ros import qos
+from qzs_rig.ros.lead import PEER_STATUS
+from qzs_rig.ros.node import RigNode
+from qzs_rig.runsheet import RunSheet, from_document
+from qzs_rig.wire import Status
+
+STATUS_S = 0.2
+"""Longest silence of a status between chunks of a real-time run."""
+
+
+class Follower(RigNode):
+    """Subclasses give `endpoints`, `armed`, `conclude` and keep `index`, the samples done."""
+
+    def open(self) -> None:
+        self.state = 'idle'
+        self.sheet: RunSheet | None = None
+        self.index = 0
+        self.message = 'waiting for rig/run (the exciter or a player)'
+        self._said_at = 0.0
+        self._logged = ''
+        self._status = self.publisher(PEER_STATUS[self.role], qos.watched(PEER_STATUS[self.role]))
+        self.subscribe(
+            wire.RUN, self._read_sheet, qos.watched(wire.RUN), lost=lambda: self.peer_lost('lead')
+        )
+        for peer, topic in PEER_STATUS.items():
+            if peer != self.role:
+                self.subscribe(
+                    topic,
+                    lambda raw: None,
+                    qos.watched(topic),
+                    lost=lambda peer=peer: self.peer_lost(peer),
+                )
+
+    # --- what a subclass gives
+
+    def endpoints(self, sheet: RunSheet) -> list[str]:
+        """Labels of the endpoints that must be matched before this node is ready."""
+        raise NotImplementedError
+
+    def armed(self, sheet: RunSheet) -> None:
+        """Build everything for the run on `sheet`, which now has its start and its whole spec."""
+        raise NotImplementedError
+
+    def conclude(self, sheet: RunSheet) -> None:
+        """The run on `sheet` is over, finished or aborted: keep what there is."""
+        raise NotImplementedError
+
+    def details(self) -> dict[str, str]:
+        """Counters for the status."""
+        return {}
+
+    # --- the run
+
+    def begin(self) -> None:
+        self.say()
+
+    def tick(self) -> None:
+        if self.state == 'waiting':
+            self._get_ready()
+        elif self.state == 'running' and time.monotonic() - self._said_at > STATUS_S:
+            self.say()
+
+    def _read_sheet(self, raw: bytes) -> None:
+        sheet = from_document(wire.decode_json(raw))
+        if self.role not in sheet.peers:
+            return
+        if sheet.state == 'waiting' and self.state in ('idle', 'waiting'):
+            self.sheet, self.state = sheet, 'waiting'
+            self._get_ready()
+        elif self.sheet is None or sheet.run_id != self.sheet.run_id:
+            return  # a run that began without this node
+        elif sheet.state == 'armed' and self.state == 'ready':
+            self.sheet, self.index = sheet, 0
+            self.armed(sheet)
+            self.busy, self.state, self.message = True, 'armed', 'armed'
+            self.say()
+            self.state, self.message = 'running', 'running'
+        elif sheet.state in ('finished', 'aborted'):
+            self._end(sheet)
+
+    def _get_ready(self) -> None:
+        assert self.sheet is not None
+        missing = self.unmatched(self.endpoints(self.sheet))
+        self.message = f'waiting for {", ".join(missing)}' if missing else 'ready'
+        if self.message != self._logged:
+            self.get_logger().info(self.message)
+            self._logged = self.message
+        if not missing:
+            self.state = 'ready'
+        self.say()
+
+    def _end(self, sheet: RunSheet) -> None:
+        if self.state in ('done', 'idle'):
+            return
+        started = self.busy
+        self.busy = False
+        self.sheet = sheet
+        if started:
+            self.conclude(sheet)
+        aborted = sheet.state == 'aborted'
+        self.message = f'aborted: {sheet.reason}' if aborted else 'finished'
+        (self.get_logger().error if aborted else self.get_logger().info)(f'run {self.message}')
+        self.state = 'done'
+        self.say()
+        if self.spec.flag('exit_when_done'):
+            self.finish(1 if aborted else 0)
+        else:
+            self.state, self.message = 'idle', 'waiting for rig/run'
+
+    def peer_lost(self, peer: str) -> None:
+        """The middleware reports that `peer` no longer lives."""
+        if self.sheet is None or not self.busy or (peer != 'lead' and peer not in self.sheet.peers):
+            if peer == 'lead' and self.state in ('waiting', 'ready'):
+                self.state, self.message, self.sheet = 'idle', 'waiting for rig/run', None
+            return
+        name = 'the exciter (or player)' if peer == 'lead' else peer
+        self.get_logger().error(f'{name} died or was cut off; the run ends')
+        self.attempt(lambda: self._end(self._aborted(f'{name} died')))
+
+    def fail(self, error: RigError) -> None:
+        """Close what is open, tell the lead through the status, then end."""
+        self.message = str(error)
+        if self.busy:
+            self.busy = False
+            self.conclude(self._aborted(str(error)))
+        self.state = 'failed'
+        self.say(wire.LEVEL['error'])
+        super().fail(error)
+
+    def operator_stop(self, why: str) -> None:
+        if self.busy:
+            self.fail(PeerError(f'{self.role} was stopped by {why}'))
+            self.exit_code = 0
+        super().operator_stop(why)
+
+    def _aborted(self, reason: str) -> RunSheet:
+        assert self.sheet is not None
+        return self.sheet.of(state='aborted', reason=reason)
+
+    def say(self, level: int | None = None) -> None:
+        """Publish the status; the lead's credit in lockstep."""
+        self._said_at = time.monotonic()
+        self._status.publish(wire.encode_status(self.status(level)))
+
+    def status(self, level: int | None = None) -> Status:
+        if not hasattr(self, 'state'):
+            return Status(self.role, wire.LEVEL['stale'], 'unconfigured', {})
+        values = {'state': self.state, 'index': str(self.index)}
+        if self.sheet is not None:
+            values['run_id'] = self.sheet.run_id
+        if self.state == 'ready':
+            values['spec'] = json.dumps(self.spec.sections(*self.sections))
+        if level is None:
+            waits = self.state in ('idle', 'waiting')
+            level = wire.LEVEL['warn' if waits else 'ok']
+        return Status(self.role, level, self.message, values | self.details())

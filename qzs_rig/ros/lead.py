@@ -1,0 +1,262 @@
+"""The node that leads a run: waits for its peers, arms them, feeds them by credit, ends the run.
+
+Handshake on `rig/run` (sheet) and `<peer>/status`: sheet waiting -> peers ready (with their part of
+the RunSpec) -> sheet armed (start, whole RunSpec) -> peers armed -> samples -> peers at the last
+sample -> sheet finished -> peers done. Anything else is sheet aborted, with a reason.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import uuid
+from collections.abc import Callable
+from typing import Any
+
+from std_srvs.srv import Trigger
+
+from qzs_rig import wire
+from qzs_rig.errors import PeerError, RigError
+from qzs_rig.parameters import Parameter
+from qzs_rig.ros import qos
+from qzs_rig.ros.node import RigNode
+from qzs_rig.runsheet import RunSheet
+from qzs_rig.wire import Status, Topic
+
+PEER_STATUS: dict[str, Topic] = {
+    'platform': wire.PLATFORM_STATUS,
+    'analyzer': wire.ANALYZER_STATUS,
+}
+IN_FLIGHT = 160
+"""Samples under way in lockstep. Two Imu messages each: beyond 400 messages the middleware's
+shared-memory port (512 places) stalls."""
+DRAIN_S = 2.0
+"""How long the peers may take for the last samples of a real-time run before they count as lost."""
+
+LEAD_PARAMETERS = (
+    Parameter('peers', str, 'platform,analyzer', '', 'nodes that take part, comma separated'),
+    Parameter('scenario', str, 'unnamed', '', 'name of the run in its sheet and folder'),
+    Parameter('run_id', str, '', '', 'identity of the run; empty: a new one'),
+)
+
+
+class Lead(RigNode):
+    """Drives `samples` through the peers. Subclasses give `feed(n)` and publish what it yields."""
+
+    own = LEAD_PARAMETERS
+
+    def open(self) -> None:
+        self.peers = tuple(p for p in self.spec.text('peers').split(',') if p)
+        unknown = [p for p in self.peers if p not in PEER_STATUS]
+        if unknown:
+            raise PeerError(f'peers names {unknown[0]!r}; known: {", ".join(PEER_STATUS)}')
+        self.statuses: dict[str, Status] = {}
+        self.state = 'configured'
+        self._said = ''
+        self._run = self.publisher(wire.RUN, qos.watched(wire.RUN))
+        for peer in self.peers:
+            self.subscribe(
+                PEER_STATUS[peer],
+                lambda raw, peer=peer: self._heard(peer, wire.decode_status(raw)),
+                qos.watched(PEER_STATUS[peer]),
+                lost=lambda peer=peer: self._lost(peer),
+            )
+        self.create_service(Trigger, '~/abort', self._abort_service)
+
+    # --- what a subclass gives
+
+    def prepare(self) -> RunSheet:
+        """A sheet for the run to come: mode, step, samples, own sections of the RunSpec."""
+        raise NotImplementedError
+
+    def endpoints(self) -> list[str]:
+        """Labels of the data publishers that must be matched before the start."""
+        raise NotImplementedError
+
+    def feed(self, n: int) -> int:
+        """Publish up to `n` further samples; returns how many."""
+        raise NotImplementedError
+
+    def arm(self, start_ns: int) -> int:
+        """The run starts at about `start_ns`; returns the stamp of sample 0."""
+        raise NotImplementedError
+
+    def soft_stop(self) -> int:
+        """Ramp down; returns the number of samples that the run has now."""
+        raise NotImplementedError
+
+    # --- the run
+
+    def begin(self) -> None:
+        run_id = self.spec.text('run_id') or uuid.uuid4().hex[:8]
+        self.sheet = self.prepare().of(
+            run_id=run_id, scenario=self.spec.text('scenario'), peers=self.peers, state='waiting'
+        )
+        self.sent = 0
+        self._abort_reason = ''
+        self.busy = True
+        self._announce('waiting')
+
+    def halt(self) -> None:
+        if self.state == 'running':
+            self._ramp_down('deactivated by the operator')
+
+    def tick(self) -> None:
+        step: Callable[[], None] | None = {
+            'waiting': self._wait,
+            'armed': self._wait_armed,
+            'running': self._pump,
+            'draining': self._drain,
+            'ended': self._see_off,
+        }.get(self.state)
+        if step:
+            step()
+
+    def _wait(self) -> None:
+        missing = self._missing()
+        text = ', '.join(missing)
+        if text != self._said:
+            self.get_logger().info(f'waiting for {text}' if text else 'all matched')
+            self._said = text
+        if missing:
+            return
+        for peer in self.peers:
+            part = json.loads(self.statuses[peer].values.get('spec', '{}'))
+            self.sheet = self.sheet.of(spec={**self.sheet.spec, **part})
+        lead_s = 0.25 if self.sheet.mode == 'real_time' else 0.0
+        start_ns = self.arm(time.time_ns() + int(lead_s * 1e9))
+        self._start_clock = time.monotonic() + lead_s
+        self.sheet = self.sheet.of(start_ns=start_ns)
+        self._announce('armed')
+
+    def _missing(self) -> list[str]:
+        missing = []
+        for peer in self.peers:
+            status = self.statuses.get(peer)
+            if status is None:
+                missing.append(f'node {peer}')
+            elif status.values.get('state') != 'ready' or not self._ours(status):
+                missing.append(f'{peer} ({status.message or status.values.get("state")})')
+        return missing + self.unmatched(self.endpoints())
+
+    def _wait_armed(self) -> None:
+        states = [self.statuses[p].values.get('state') for p in self.peers if p in self.statuses]
+        if len(states) == len(self.peers) and all(s in ('armed', 'running') for s in states):
+            self._announce('running')
+            self._pump()
+
+    def _pump(self) -> None:
+        if self.sheet.mode == 'lockstep':
+            room = self._done() + IN_FLIGHT - self.sent
+            chunk = self.sheet.chunk
+            while room >= chunk and self.sent < self.sheet.samples:
+                self.sent += self.feed(chunk)
+                room = self._done() + IN_FLIGHT - self.sent
+        else:
+            elapsed_s = time.monotonic() - self._start_clock
+            owed = min(int(elapsed_s * self.sheet.pace * 1e9) // self.sheet.step_ns + 1, 2**62)
+            # what is owed after a stall goes out in pieces that the queues can hold
+            while self.sent < min(owed, self.sheet.samples):
+                self.sent += self.feed(min(owed - self.sent, 500))
+        if self.sent >= self.sheet.samples:
+            self.state = 'draining'
+            self._drain_until = time.monotonic() + DRAIN_S
+            self._drain()
+
+    def _drain(self) -> None:
+        late = self.sheet.mode == 'real_time' and time.monotonic() > self._drain_until
+        if self._done() >= self.sheet.samples or late or not self.peers:
+            self._end('aborted' if self._abort_reason else 'finished', self._abort_reason)
+
+    def _done(self) -> int:
+        return min(
+            (int(self.statuses[p].values.get('index', '0')) for p in self.peers),
+            default=self.sent,
+        )
+
+    def _see_off(self) -> None:
+        left = [
+            p
+            for p in self.peers
+            if p in self.statuses and self.statuses[p].values.get('state') != 'done'
+        ]
+        if left and time.monotonic() < self._end_until:
+            return
+        if self.spec.flag('exit_when_done') or self.sheet.state == 'aborted':
+            self.finish(0 if self.sheet.state == 'finished' else 1)
+        else:
+            self.state = 'idle'
+
+    # --- peers and operators
+
+    def _heard(self, peer: str, status: Status) -> None:
+        self.statuses[peer] = status
+        if not self._ours(status):
+            return
+        if status.level == wire.LEVEL['error'] and self.busy:
+            self._end('aborted', f'{peer}: {status.message}')
+        elif self.state in ('waiting', 'armed', 'draining', 'ended') or (
+            self.state == 'running' and self.sheet.mode == 'lockstep'
+        ):
+            self.tick()
+
+    def _ours(self, status: Status) -> bool:
+        return status.values.get('run_id') == self.sheet.run_id if self.busy else False
+
+    def _lost(self, peer: str) -> None:
+        gone = self.statuses.pop(peer, None)
+        if self.state in ('armed', 'running', 'draining') and gone is not None:
+            self.get_logger().error(f'{peer} died or was cut off; the run ends')
+            self._end('aborted', f'{peer} died')
+
+    def _ramp_down(self, why: str) -> None:
+        self._abort_reason = why
+        self.sheet = self.sheet.of(samples=self.soft_stop())
+        self.get_logger().warning(f'{why}: ramping down')
+
+    def _abort_service(self, request: Any, response: Any) -> Any:
+        response.success = self.state == 'running'
+        response.message = 'ramping down' if response.success else f'no run is on ({self.state})'
+        if response.success:
+            self._ramp_down('aborted by the operator')
+        return response
+
+    def fail(self, error: RigError) -> None:
+        if self.busy:
+            self._end('aborted', str(error))
+        super().fail(error)
+
+    def operator_stop(self, why: str) -> None:
+        if self.busy:
+            self._end('aborted', f'stopped by {why}')
+        super().operator_stop(why)
+
+    def _end(self, state: str, reason: str) -> None:
+        if self.state in ('ended', 'idle'):
+            return
+        self.busy = False
+        self.sheet = self.sheet.of(reason=reason)
+        self._announce(state)
+        self.state = 'ended'
+        self._end_until = time.monotonic() + 1.0
+        log = self.get_logger().info if state == 'finished' else self.get_logger().error
+        log(f'run {self.sheet.run_id} {state}' + (f': {reason}' if reason else ''))
+
+    def _announce(self, state: str) -> None:
+        self.state = state
+        self.sheet = self.sheet.of(state=state)
+        self._run.publish(wire.encode_json(self.sheet.to_document()))
+
+    def status(self) -> Status:
+        state = getattr(self, 'state', 'unconfigured')
+        sheet = getattr(self, 'sheet', None)
+        values = {'state': state}
+        if sheet is not None:
+            values |= {'run_id': sheet.run_id, 'sent': str(self.sent), 'of': str(sheet.samples)}
+        aborted = sheet is not None and sheet.state == 'aborted'
+        level = wire.LEVEL['error' if aborted else 'warn' if state == 'waiting' else 'ok']
+        return Status(self.role, level, sheet.reason if aborted and sheet else self._text(), values)
+
+    def _text(self) -> str:
+        said = getattr(self, '_said', '')
+        return f'waiting for {said}' if said else getattr(self, 'state', 'unconfigured')

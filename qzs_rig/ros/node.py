@@ -1,0 +1,200 @@
+"""What the nodes of the rig have in common: lifecycle, parameters, endpoints, diagnostics."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+
+from qzs_rig import wire
+from qzs_rig.errors import RigError
+from qzs_rig.parameters import Parameter
+from qzs_rig.ros import parameters, qos
+from qzs_rig.wire import Topic
+
+Callback = Callable[[Any], object]
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+class RigNode(LifecycleNode):
+    """A lifecycle node that declares its sections of the scenario and ends with an exit code.
+
+    Subclasses fill in `open` (configure), `begin` (activate), `halt` (deactivate), `tick`.
+    """
+
+    role = ''
+    sections: tuple[str, ...] = ()
+    own: tuple[Parameter, ...] = ()
+    tick_s = 0.05
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(
+            self.role, automatically_declare_parameters_from_overrides=True, **options
+        )
+        self.spec = parameters.declare(self, self.sections, self.own)
+        parameters.guard(self, self.spec, lambda: self.busy)
+        self.exit_code: int | None = None
+        self.wake: Callable[[], None] = lambda: None
+        self.busy = False
+        self.matched: dict[str, int] = {}
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._diagnostics = self.publisher(wire.DIAGNOSTICS)
+        self.create_timer(1.0, self._diagnose, clock=self._steady)
+
+    # --- what a subclass fills in
+
+    def open(self) -> None:
+        """Create endpoints; parameters are those of this moment."""
+
+    def begin(self) -> None:
+        """Start working."""
+
+    def halt(self) -> None:
+        """Stop working, softly."""
+
+    def tick(self) -> None:
+        """Called every `tick_s` on a steady clock while active."""
+
+    def close(self) -> None:
+        """Leave nothing half written; called once at the very end, whatever happened."""
+
+    def status(self) -> wire.Status:
+        """The node's state for /diagnostics."""
+        return wire.Status(self.role, 0, '', {})
+
+    # --- life
+
+    def start(self) -> None:
+        """Configure and activate by itself, unless a supervisor wants to (autostart false)."""
+        if self.spec.flag('autostart'):
+            self.trigger_configure()
+            self.trigger_activate()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        return self._guarded(self._configure)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        return self._guarded(self.begin)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        return self._guarded(self.halt)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        return self._guarded(self.close)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.finish(0)
+        return SUCCESS
+
+    def _configure(self) -> None:
+        self.spec = parameters.current(self, self.spec)
+        self.open()
+        self.create_timer(self.tick_s, self._tick, clock=self._steady)
+
+    def _tick(self) -> None:
+        self.attempt(self.tick)
+
+    def _guarded(self, work: Callable[[], None]) -> TransitionCallbackReturn:
+        return SUCCESS if self.attempt(work) else FAILURE
+
+    def attempt(self, work: Callable[[], object]) -> bool:
+        """Do `work`; a foreseen failure is told to the peers and ends the node with its code."""
+        try:
+            work()
+        except RigError as error:
+            self.fail(error)
+            return False
+        return True
+
+    def fail(self, error: RigError) -> None:
+        """Log the reason and end; subclasses tell their peers first."""
+        self.get_logger().error(str(error))
+        self.finish(error.exit_code)
+
+    def operator_stop(self, why: str) -> None:
+        """SIGINT or SIGTERM: close cleanly, at once."""
+        self.get_logger().info(f'{why}: closing')
+        self.finish(0)
+
+    def finish(self, code: int) -> None:
+        """End the process with `code`; the first word counts."""
+        if self.exit_code is None:
+            self.exit_code = code
+            self.wake()
+
+    # --- endpoints
+
+    def publisher(self, topic: Topic, profile: QoSProfile | None = None) -> Publisher:
+        """A publisher of serialised messages on `topic`; counts its matches in `matched`."""
+        return self.create_publisher(
+            message_class(topic.type),
+            topic.name,
+            profile or qos.reliable(topic),
+            event_callbacks=PublisherEventCallbacks(
+                matched=self._counter(f'to {topic.name}'),
+                incompatible_qos=self._misfit(topic.name),
+            ),
+        )
+
+    def subscribe(
+        self,
+        topic: Topic,
+        callback: Callback,
+        profile: QoSProfile | None = None,
+        lost: Callable[[], None] | None = None,
+        bare: bool = False,
+    ) -> None:
+        """Raw subscription on `topic`; `lost` is called when its last live publisher dies.
+
+        A `bare` callback is called as it is, thousands of times a second, and must not raise.
+        """
+        label = f'from {topic.name}'
+
+        def liveliness(info: Any) -> None:
+            if info.alive_count == 0 and (info.alive_count_change or info.not_alive_count_change):
+                lost()  # type: ignore[misc]
+
+        self.create_subscription(
+            message_class(topic.type),
+            topic.name,
+            callback if bare else lambda message: self.attempt(lambda: callback(message)),
+            profile or qos.reliable(topic),
+            raw=True,
+            event_callbacks=SubscriptionEventCallbacks(
+                matched=self._counter(label),
+                incompatible_qos=self._misfit(topic.name),
+                liveliness=liveliness if lost else None,
+            ),
+        )
+
+    def unmatched(self, labels: Iterable[str]) -> list[str]:
+        """Those of 'to TOPIC' and 'from TOPIC' that nobody is at the other end of."""
+        return [label for label in labels if not self.matched.get(label)]
+
+    def _counter(self, label: str) -> Callable[[Any], None]:
+        def count(info: Any) -> None:
+            self.matched[label] = info.current_count
+
+        return count
+
+    def _misfit(self, topic: str) -> Callable[[Any], None]:
+        def complain(info: Any) -> None:
+            self.get_logger().error(qos.misfit(topic, info.last_policy_kind))
+
+        return complain
+
+    def _diagnose(self) -> None:
+        stamp = self.get_clock().now().nanoseconds
+        self._diagnostics.publish(wire.encode_diagnostics(stamp, self.status()))
+
+
+def message_class(name: str) -> Any:
+    """The generated class of 'package/msg/Type'."""
+    package, _, kind = name.split('/')
+    return getattr(importlib.import_module(f'{package}.msg'), kind)

@@ -1,0 +1,108 @@
+"""The platform node: integrates the model on the base motion and publishes both sensors."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from qzs_rig import wire
+from qzs_rig.dof import DOFS
+from qzs_rig.errors import GapError
+from qzs_rig.ros.follower import Follower
+from qzs_rig.ros.spinning import leave, run
+from qzs_rig.runsheet import RunSheet
+from qzs_rig.stages import MOTION_CHANNELS, PlatformStage
+from qzs_rig.timehistory import NS, TimeHistory, index_of
+
+JOINT_STATES_S = 1.0 / 60.0
+
+
+class Platform(Follower):
+    """A shell over PlatformStage."""
+
+    role = 'platform'
+    sections = ('platform', 'sensor')
+
+    def open(self) -> None:
+        super().open()
+        # refuses a bad design, and loads compiled code, now and not when a run starts
+        PlatformStage(self.spec, NS)
+        self._base_imu = self.publisher(wire.BASE_IMU)
+        self._top_imu = self.publisher(wire.TOP_IMU)
+        self._joints = self.publisher(wire.JOINT_STATES)
+        self._sim_clock = self.publisher(wire.CLOCK)
+        self._stage: PlatformStage | None = None
+        self._joints_at = 0.0
+        self.subscribe(wire.BASE_MOTION, self._push)
+
+    def endpoints(self, sheet: RunSheet) -> list[str]:
+        outputs = ['to base/imu', 'to top/imu'] if 'analyzer' in sheet.peers else []
+        return ['from base/motion', *outputs]
+
+    def armed(self, sheet: RunSheet) -> None:
+        seeded = {'run.seed': sheet.spec.get('run.seed', 0)}
+        self._stage = PlatformStage(self.spec.override(seeded), sheet.step_ns)
+        driven = tuple(bool(sheet.spec.get(f'excitation.amplitude.{dof}')) for dof in DOFS)
+        for caution in self._stage.platform.cautions(driven):
+            self.get_logger().warning(caution)
+
+    def _push(self, raw: bytes) -> None:
+        if not self.busy or self._stage is None or self.sheet is None:
+            return
+        sheet = self.sheet
+        chunk = wire.decode_motion(raw)
+        index = index_of(chunk.start_ns, sheet.start_ns, sheet.step_ns)
+        if index != self.index or chunk.step_ns not in (0, sheet.step_ns):
+            raise GapError(
+                f'base motion jumped from sample {self.index} to {index}; the run cannot go on: '
+                'raise the QoS depth, lower run.rate, or use run.mode lockstep'
+            )
+        base = TimeHistory(chunk.start_ns, sheet.step_ns, MOTION_CHANNELS, chunk.data)
+        out = self._stage.push(base)
+        self._publish(out.base_imu, out.top_imu)
+        self.index += len(base)
+        if sheet.mode == 'lockstep':
+            self._sim_clock.publish(wire.encode_clock(base.end_ns - base.step_ns))
+            self.say()
+        if time.monotonic() - self._joints_at > JOINT_STATES_S:
+            self._joints_at = time.monotonic()
+            last = base.end_ns - base.step_ns
+            row = wire.encode_joint_states(last, base.data[-1], out.top.data[-1])
+            self._joints.publish(row)
+
+    def _publish(self, base: TimeHistory, top: TimeHistory) -> None:
+        stamps = base.stamps_ns()
+        base_rows = _messages(wire.encode_imu(stamps, base.data, 'base_imu_link'))
+        top_rows = _messages(wire.encode_imu(stamps, top.data, 'top_imu_link'))
+        to_base, to_top = self._base_imu.publish, self._top_imu.publish
+        for base_row, top_row in zip(base_rows, top_rows, strict=True):
+            to_base(base_row)
+            to_top(top_row)
+
+    def conclude(self, sheet: RunSheet) -> None:
+        if sheet.state == 'finished' and self.index < sheet.samples:
+            self.get_logger().warning(f'{sheet.samples - self.index} samples of motion missing')
+
+    def details(self) -> dict[str, str]:
+        if self._stage is None:
+            return {}
+        return {
+            'published base/imu': str(self.index),
+            'published top/imu': str(self.index),
+            'clipped': str(self._stage.clipped),
+        }
+
+
+def _messages(rows: np.ndarray[tuple[int, ...], np.dtype[np.uint8]]) -> list[bytes]:
+    buffer, length = rows.tobytes(), rows.shape[1]
+    return [buffer[i : i + length] for i in range(0, len(buffer), length)]
+
+
+def main() -> None:
+    """`ros2 run qzs_rig platform`."""
+    leave(run(Platform))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,114 @@
+"""The player node: puts a bag's topics back, with their stamps, in place of the exciter."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from qzs_rig import wire
+from qzs_rig.bag import BagReader
+from qzs_rig.errors import BagError, InputError
+from qzs_rig.parameters import Parameter
+from qzs_rig.ros.lead import LEAD_PARAMETERS, Lead
+from qzs_rig.ros.spinning import leave, run
+from qzs_rig.runsheet import RunSheet, from_document
+
+REPLAYED = {
+    'motion': (wire.BASE_MOTION.name,),
+    'imu': (wire.BASE_IMU.name, wire.TOP_IMU.name),
+}
+
+
+class Player(Lead):
+    """Replays base motion into a platform, or Imu topics into an analyzer, bit by bit."""
+
+    role = 'player'
+    own = (
+        *LEAD_PARAMETERS,
+        Parameter('bag', str, '', '', 'bag to replay'),
+        Parameter('topics', str, 'motion', '', 'what is replayed', choices=tuple(REPLAYED)),
+        Parameter('mode', str, 'lockstep', '', 'pace', choices=('lockstep', 'real_time')),
+        Parameter('rate', float, 1.0, '', 'rig seconds a wall second', 0.0, 1000.0, above=True),
+    )
+    tick_s = 0.01
+
+    def open(self) -> None:
+        super().open()
+        reader = BagReader(Path(self.spec.text('bag')))
+        try:
+            sheets = [from_document(document) for document in reader.run_sheets()]
+            names = REPLAYED[self.spec.text('topics')]
+            if self.spec.text('topics') == 'imu' and sheets:
+                names = tuple(
+                    str(sheets[-1].spec.get(f'analyzer.{plate}.topic', name))
+                    for plate, name in zip(('base', 'top'), names, strict=True)
+                )
+            rows = [reader.rows(name, wire.TOPICS[default].type)
+                    for name, default in zip(names, REPLAYED[self.spec.text('topics')], strict=True)]  # fmt: skip
+        finally:
+            reader.close()
+        self._sheet = self._recorded(sheets, rows[0].stamps_ns)
+        self._outputs = [
+            (self.publisher(wire.Topic(name, wire.TOPICS[default].type, 4000)), item.messages())
+            for name, default, item in zip(
+                names, REPLAYED[self.spec.text('topics')], rows, strict=True
+            )
+        ]
+        self._names = names
+        self._index = [(item.stamps_ns - self._sheet.start_ns) // self._sheet.step_ns
+                       for item in rows]  # fmt: skip
+        self._next = [0] * len(rows)
+
+    def prepare(self) -> RunSheet:
+        return self._sheet.of(
+            mode=self.spec.text('mode'), pace=self.spec.number('rate'), reason='', state='waiting'
+        )
+
+    def endpoints(self) -> list[str]:
+        return [f'to {name}' for name in self._names] if self.peers else []
+
+    def arm(self, start_ns: int) -> int:
+        return self._sheet.start_ns  # original stamps
+
+    def feed(self, n: int) -> int:
+        end = self.sent + n
+        for place, (publisher, messages) in enumerate(self._outputs):
+            first, last = self._next[place], int(np.searchsorted(self._index[place], end))
+            for message in messages[first:last]:
+                publisher.publish(message)
+            self._next[place] = last
+        return min(n, self.sheet.samples - self.sent)
+
+    def soft_stop(self) -> int:
+        return self.sent
+
+    def _recorded(self, sheets: list[RunSheet], stamps: wire.Stamps) -> RunSheet:
+        if len(stamps) == 0:
+            raise BagError(f'{self.spec.text("bag")} has nothing on {self.spec.text("topics")}')
+        if sheets:
+            samples = sheets[-1].samples
+            if self.spec.text('topics') == 'imu':
+                last = int(stamps[-1] - sheets[-1].start_ns) // sheets[-1].step_ns + 1
+                samples = min(samples, last)
+            return sheets[-1].of(samples=samples)
+        if self.spec.text('topics') == 'motion':
+            raise InputError('this bag has no run sheet on rig/run; only topics:=imu can be replayed')
+        step = int(np.median(np.diff(stamps))) if len(stamps) > 1 else 1
+        return RunSheet(
+            step_ns=step,
+            samples=int(stamps[-1] - stamps[0]) // step + 1,
+            mode='real_time',
+            chunk=40,
+            start_ns=int(stamps[0]),
+            scenario='replay',
+        )
+
+
+def main() -> None:
+    """`ros2 run qzs_rig player`."""
+    leave(run(Player))
+
+
+if __name__ == '__main__':
+    main()

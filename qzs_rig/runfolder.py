@@ -1,0 +1,65 @@
+"""The folder of a run: where it is, what is in it, and that nothing in it is ever overwritten."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+from qzs_rig.errors import InputError
+
+ROOT = 'runs'
+SCHEMA = 'qzs_rig/run/1'
+
+
+def new_folder(scenario: str, run_id: str, root: str = ROOT) -> Path:
+    """`runs/<time>_<scenario>_<id>`, not created yet."""
+    name = Path(scenario).stem or 'run'
+    return Path(root) / f'{time.strftime("%Y%m%d-%H%M%S")}_{name}_{run_id}'
+
+
+def refuse_occupied(folder: Path) -> None:
+    """Raises InputError where `folder` is a file or holds anything."""
+    if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
+        raise InputError(f'{folder} is occupied; nothing is overwritten: give another --out')
+
+
+def keep(path: Path, text: str) -> Path:
+    """Write a new file in one step; raises InputError where one is already there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.exists():
+        raise InputError(f'{path} is already there; nothing is overwritten: give another --out')
+    partial = path.with_name(f'.{path.name}.partial')
+    partial.write_text(text, encoding='utf-8')
+    os.replace(partial, path)
+    return path
+
+
+def run_document(
+    run_id: str,
+    mode: str,
+    rig_s: float,
+    wall_s: float,
+    topics: dict[str, dict[str, int]],
+    files: dict[str, Path | None],
+    **more: Any,
+) -> dict[str, Any]:
+    """What `--json` prints and `run.json` holds; `files` are bag, estimate and report."""
+    paths = {name: str(path) if path else None for name, path in files.items()}
+    return {
+        'schema': SCHEMA,
+        'run_id': run_id,
+        'mode': mode,
+        'rig_s': rig_s,
+        'wall_s': wall_s,
+        'topics': topics,
+        **paths,
+        **more,
+    }
+
+
+def keep_document(path: Path, document: dict[str, Any]) -> Path:
+    """`keep` for JSON."""
+    return keep(path, json.dumps(document, allow_nan=False, indent=1) + '\n')

@@ -1,0 +1,56 @@
+"""The run sheet: what a run is, said on `rig/run`, kept in its bag."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from qzs_rig.errors import InputError
+from qzs_rig.parameters import Value
+
+SCHEMA = 'qzs_rig/sheet/1'
+STATES = ('waiting', 'armed', 'running', 'finished', 'aborted')
+
+
+@dataclass(frozen=True)
+class RunSheet:
+    """Identity, time grid, full RunSpec and state of a run.
+
+    Sample k of every topic is stamped start_ns + k * step_ns, k from 0 to samples - 1. `pace` is
+    rig seconds a wall second in real time. `reason` says why a run was aborted.
+    """
+
+    step_ns: int
+    samples: int
+    mode: str
+    chunk: int
+    spec: Mapping[str, Value] = field(default_factory=dict)
+    run_id: str = ''
+    scenario: str = ''
+    peers: tuple[str, ...] = ()
+    start_ns: int = 0
+    pace: float = 1.0
+    state: str = 'waiting'
+    reason: str = ''
+
+    def of(self, **changes: Any) -> RunSheet:
+        """A sheet with `changes`."""
+        return replace(self, **changes)
+
+    def to_document(self) -> dict[str, Any]:
+        """JSON-ready."""
+        document = asdict(self) | {'spec': dict(self.spec), 'peers': list(self.peers)}
+        return {'schema': SCHEMA, **document}
+
+
+def from_document(document: Mapping[str, Any]) -> RunSheet:
+    """The sheet in a JSON document; raises InputError where it is none."""
+    fields = dict(document)
+    schema = fields.pop('schema', None)
+    if schema != SCHEMA:
+        raise InputError(f'rig/run holds schema {schema!r}, expected {SCHEMA!r}')
+    try:
+        return RunSheet(**fields | {'peers': tuple(fields['peers'])})
+    except (KeyError, TypeError) as error:
+        raise InputError(f'rig/run holds a damaged run sheet: {error}') from error

@@ -1,0 +1,106 @@
+"""Scenarios: every parameter of the rig in one table, and the YAML files that set them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from qzs_rig import excitation, sensing
+from qzs_rig.errors import InputError
+from qzs_rig.estimation import parameters as analyzer
+from qzs_rig.excitation import shaker
+from qzs_rig.mechanics import platform
+from qzs_rig.parameters import Parameter, RunSpec, parse_assignment, read_yaml
+from qzs_rig.timehistory import NS
+
+RUN_PARAMETERS = (
+    Parameter(
+        'run.rate', float, 500.0, 'Hz', 'samples a second; the step is rounded to whole ns', 1, 1e5
+    ),
+    Parameter(
+        'run.mode',
+        str,
+        'lockstep',
+        '',
+        'real_time, or lockstep: as fast as the chain goes, nothing lost',
+        choices=('lockstep', 'real_time'),
+    ),
+    Parameter('run.seed', int, 0, '', 'seed of all sensor noise', 0, 2**31 - 1),
+    Parameter('run.chunk', int, 40, 'samples', 'base motion a message in lockstep', 1, 1000),
+)
+
+PARAMETERS: tuple[Parameter, ...] = (
+    *RUN_PARAMETERS,
+    *excitation.PARAMETERS,
+    *shaker.PARAMETERS,
+    *platform.PARAMETERS,
+    *sensing.PARAMETERS,
+    *analyzer.PARAMETERS,
+)
+"""The whole declaration: YAML, ROS parameters, CLI help and docs read it."""
+
+DEFAULT = 'vertical_sweep'
+
+
+def step_ns_of(spec: RunSpec) -> int:
+    """Sample step in ns; the grid of a run is exact in this step."""
+    return round(NS / spec.number('run.rate'))
+
+
+def load(scenario: str, assignments: Iterable[str] = ()) -> RunSpec:
+    """The RunSpec of a scenario, by name in `config/` or by path, with `--set` words on top."""
+    spec = RunSpec.of(PARAMETERS, read_yaml(find(scenario)))
+    return spec.override(_assigned(assignments))
+
+
+def of(given: Mapping[str, Any]) -> RunSpec:
+    """A RunSpec of the defaults with `given` values on top."""
+    return RunSpec.of(PARAMETERS, given)
+
+
+def find(scenario: str) -> Path:
+    """Path of a scenario; raises InputError listing the known ones."""
+    path = Path(scenario)
+    if path.suffix in {'.yaml', '.yml'} or path.exists():
+        if path.is_file():
+            return path
+        raise InputError(f'scenario {scenario} is not there; known by name: {", ".join(names())}')
+    shipped = config_folder() / f'{scenario}.yaml'
+    if shipped.is_file():
+        return shipped
+    raise InputError(
+        f'unknown scenario {scenario!r}; known: {", ".join(names())}, or the path of a YAML file'
+    )
+
+
+def names() -> list[str]:
+    """Scenarios that ship with the package."""
+    return sorted(path.stem for path in config_folder().glob('*.yaml'))
+
+
+def config_folder() -> Path:
+    """`config/` of the source tree, of the ament share folder or of the wheel's data."""
+    source = Path(__file__).resolve().parent.parent
+    shares = [
+        *(Path(p) / 'share' for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p),
+        # an ament or wheel install: <prefix>/lib/pythonX.Y/site-packages/qzs_rig
+        *(parent / 'share' for parent in source.parents[:4]),
+    ]
+    for folder in (source / 'config', *(share / 'qzs_rig' / 'config' for share in shares)):
+        if (folder / f'{DEFAULT}.yaml').is_file():
+            return folder
+    raise InputError(
+        f'no config folder with {DEFAULT}.yaml near {source}; source the install or reinstall'
+    )
+
+
+def _assigned(assignments: Iterable[str]) -> dict[str, Any]:
+    values: dict[str, Any] = {}
+    for text in assignments:
+        name, value = parse_assignment(text)
+        if name in values:
+            raise InputError(f'--set {name} is given twice; keep one')
+        values[name] = value
+    return values

@@ -1,0 +1,103 @@
+"""The streaming stages: each takes a chunk and returns a chunk, the same bits for any chunk size."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from qzs_rig.dof import DOFS, displacement_unit
+from qzs_rig.excitation.drive import Drive
+from qzs_rig.excitation.envelope import fade_out, shaped
+from qzs_rig.excitation.shaker import refuse_beyond_limits
+from qzs_rig.mechanics.integrator import Integrator
+from qzs_rig.mechanics.platform import Platform
+from qzs_rig.parameters import RunSpec
+from qzs_rig.sensing import SENSORS
+from qzs_rig.sensing.imu import IMU_CHANNELS, specific_force_and_rate
+from qzs_rig.timehistory import NS, Array, Channel, TimeHistory
+
+MOTION_CHANNELS = tuple(
+    Channel(f'{dof}.{quantity}', displacement_unit(dof) + per)
+    for quantity, per in (('position', ''), ('velocity', '/s'), ('acceleration', '/s²'))
+    for dof in DOFS
+)
+
+
+class ExciterStage:
+    """Gives the commanded base motion piece by piece; `stop` ramps it down early."""
+
+    def __init__(self, spec: RunSpec, start_ns: int, step_ns: int) -> None:
+        self.drive = Drive.from_spec(spec, step_ns)
+        refuse_beyond_limits(self.drive, spec)
+        self.samples = self.drive.samples
+        self.given = 0
+        self._start_ns, self._step_ns = start_ns, step_ns
+        self._stop_at: float | None = None
+
+    def take(self, n: int) -> TimeHistory:
+        """The next `n` samples (n, 12), fewer at the end of the run."""
+        last = min(self.given + n, self.samples)
+        motion = self.drive.motion(self.given, last)
+        if self._stop_at is not None:
+            t = np.arange(self.given, last) * self._step_ns / NS
+            motion = _faded(motion, t - self._stop_at, self.drive.ramp)
+        start_ns = self._start_ns + self.given * self._step_ns
+        self.given = last
+        return TimeHistory(start_ns, self._step_ns, MOTION_CHANNELS, motion)
+
+    def stop(self) -> None:
+        """Ramp down from here over the ramp of the run; `samples` shrinks to where that ends."""
+        if self._stop_at is None:
+            self._stop_at = self.given * self._step_ns / NS
+            ramp_samples = round(self.drive.ramp * NS / self._step_ns) + 1
+            self.samples = min(self.samples, self.given + ramp_samples)
+
+
+class PlatformOutput(NamedTuple):
+    """Readings of both sensors (n, 6) and the top's motion (n, 12) for a chunk of base motion."""
+
+    base_imu: TimeHistory
+    top_imu: TimeHistory
+    top: TimeHistory
+
+
+class PlatformStage:
+    """Integrates the platform on the base motion and reads the sensors on both plates."""
+
+    def __init__(self, spec: RunSpec, step_ns: int) -> None:
+        self.platform = Platform.from_spec(spec)
+        self._integrator = Integrator(
+            self.platform,
+            step_ns / NS,
+            spec.count('platform.substeps'),
+            spec.text('platform.kernel'),
+        )
+        sensor, seed = SENSORS[spec.text('sensor.kind')], spec.count('run.seed')
+        self._base_sensor = sensor(spec, step_ns, (seed, 0))
+        self._top_sensor = sensor(spec, step_ns, (seed, 1))
+
+    @property
+    def clipped(self) -> int:
+        """Readings beyond the sensors' range so far."""
+        return self._base_sensor.clipped + self._top_sensor.clipped
+
+    def push(self, base: TimeHistory) -> PlatformOutput:
+        """Readings at the samples of `base` (n, 12); raises DivergenceError (no NaN comes out)."""
+        top = self._integrator.push(base.data)
+        return PlatformOutput(
+            _like(base, self._base_sensor.read(specific_force_and_rate(base.data))),
+            _like(base, self._top_sensor.read(specific_force_and_rate(top))),
+            TimeHistory(base.start_ns, base.step_ns, base.channels, top),
+        )
+
+
+def _like(base: TimeHistory, readings: Array) -> TimeHistory:
+    return TimeHistory(base.start_ns, base.step_ns, IMU_CHANNELS, readings)
+
+
+def _faded(motion: Array, t: Array, ramp: float) -> Array:
+    level, slope, bend = fade_out(t, ramp)
+    parts = (motion[:, :4], motion[:, 4:8], motion[:, 8:])
+    envelope = (level[:, None], slope[:, None], bend[:, None])
+    return np.concatenate(shaped(envelope, parts), axis=1)

@@ -1,0 +1,65 @@
+"""ament_python packaging: `colcon build` in a ROS workspace, `pip install` anywhere else."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'qzs_rig'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Virtual test rig for a quasi-zero-stiffness vibration isolation platform',
+    license='Apache-2.0',
+    maintainer='qzs_rig developers',
+    maintainer_email='maintainers@qzs-rig.example.org',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/config', glob('config/*')),
+        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
+    ],
+    python_requires='>=3.10',
+    install_requires=[
+        'numpy>=1.24,<3',
+        'PyYAML>=6,<7',
+        'mcap>=1.2,<2',
+        'rosbags>=0.10,<0.12',
+        'zstandard>=0.21,<1',
+        'plotly>=5.18,<7',
+    ],
+    extras_require={
+        'ros': [
+            'ros-kilted-rclpy>=9.1,<10',
+            'ros-kilted-rmw-fastrtps-cpp>=9.3,<10',
+            'ros-kilted-common-interfaces>=5.5,<6',
+        ],
+        'fast': ['numba>=0.59,<1'],
+        'picture': ['matplotlib>=3.7,<4'],
+        'test': [
+            'hypothesis>=6.90,<7',
+            'mypy>=1.8,<3',
+            'pytest>=8,<10',
+            'ruff>=0.6,<1',
+            'scipy>=1.11,<2',
+            'selenium>=4.15,<5',
+            'types-PyYAML>=6,<7',
+            'colcon-core>=0.15,<1',
+            'colcon-ros>=0.5,<1',
+            'matplotlib>=3.7,<4',
+            'numba>=0.59,<1',
+        ],
+    },
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            'qzs-rig = qzs_rig.cli.main:main',
+            'exciter = qzs_rig.ros.exciter:main',
+            'platform = qzs_rig.ros.platform:main',
+            'analyzer = qzs_rig.ros.analyzer:main',
+            'player = qzs_rig.ros.player:main',
+        ],
+    },
+)
