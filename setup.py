@@ -28,7 +28,8 @@ setup(
         'mcap>=1.2,<2',
         'rosbags>=0.10,<0.12',
         'zstandard>=0.21,<1',
-        'plotly>=5.18,<7',
+        'plotly>=5.18,<8',
+        'tqdm>=4.60,<5',
     ],
     extras_require={
         'ros': [
@@ -46,6 +47,7 @@ setup(
             'scipy>=1.11,<2',
             'selenium>=4.15,<5',
             'types-PyYAML>=6,<7',
+        'types-tqdm>=4.60,<5',
             'colcon-core>=0.15,<1',
             'colcon-ros>=0.5,<1',
             'matplotlib>=3.7,<4',

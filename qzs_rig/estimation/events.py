@@ -18,16 +18,16 @@ from qzs_rig.estimation.estimate import Curve, Event
 from qzs_rig.timehistory import Array
 
 LINEAR_SLOPE = 2.0
-MARGIN = 2.0
+MARGIN = 1.6
 """Times the linear bound from which a step is abrupt; leaves room for the ringing of a sweep at
 the ISO 7626-2 rate limit and for noise."""
 SIZE = 1.5
 """Least ratio of the levels before and after a jump."""
-LEVEL = 6
+LEVEL = 8
 """Least number of tracked points whose median is the level before or after."""
 PROMINENCE = 1.05
 """Least ratio of a peak to both ends of its curve."""
-RINGING = 32
+RINGING = 40
 """Points after a jump in which the free vibration it excited still beats with the sine."""
 
 
@@ -111,9 +111,10 @@ def _levels(curve: Curve, first: int, last: int, width: int) -> Jump:
 
 
 def _linear_change(curve: Curve, first: int, last: int, width: int) -> float:
-    """MARGIN times what ln(1 + 1/T) of a linear platform could change, both levels included."""
-    low = max(first - width + 1, 0)
-    high = min(last + width - 1, len(curve.frequency_hz) - 1)
+    """MARGIN times what ln(1 + 1/T) of a linear platform could change between the middles of the
+    two levels."""
+    low = max(first - width // 2, 0)
+    high = min(last + width // 2, len(curve.frequency_hz) - 1)
     moved = abs(math.log(curve.frequency_hz[high] / curve.frequency_hz[low]))
     return MARGIN * LINEAR_SLOPE * moved
 

@@ -1,0 +1,52 @@
+"""`qzs-rig analyze`: the estimator over a bag."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from qzs_rig import runfolder
+from qzs_rig.cli import options as shared
+from qzs_rig.compare.cases import theory_of
+from qzs_rig.compare.report import event_table, write_report
+from qzs_rig.offline import analyze
+
+
+def add_to(verbs: Any) -> None:
+    """`analyze` on the command line."""
+    command = verbs.add_parser(
+        'analyze',
+        help='estimate transmissibility from a bag',
+        description='Run the analyzer over a bag: bit by bit the estimate of the live run. '
+        'A bag of real sensors works too: name topics, axes and scales with '
+        '--set analyzer.base.topic=/imu_a --set analyzer.base.axis.vertical=-linear_acceleration.y',
+    )
+    command.add_argument('bag', type=Path, metavar='BAG', help='run folder, bag folder or .mcap')
+    shared.assignments(command)
+    shared.out(command, 'new folder for estimate.json and report.html (default: keep nothing)')
+    shared.as_json(command)
+    command.set_defaults(execute=execute)
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Analyze, maybe keep, print."""
+    if options.out:
+        runfolder.refuse_occupied(options.out)
+    analysis = analyze(options.bag, options.assignments)
+    name = analysis.sheet.run_id if analysis.sheet else options.bag.name
+    text = event_table([(name, analysis.estimate)])
+    if not analysis.estimate.curves:
+        text += '\nno degree of freedom is excited above analyzer.floor_acceleration or floor_rate'
+    if options.out:
+        path = runfolder.keep(options.out / 'estimate.json', analysis.estimate.to_json() + '\n')
+        write_report(
+            options.out / 'report.html',
+            f'{options.bag.name}: transmissibility',
+            [(name, analysis.estimate)],
+            theory=theory_of(analysis.spec) if analysis.sheet else (),
+            facts=[('bag', str(options.bag))],
+        )
+        text += f'\n\nestimate {path}\nreport   {options.out / "report.html"}'
+    shared.show(options, analysis.estimate.to_document(), text)
+    return 0

@@ -1,0 +1,65 @@
+"""`qzs-rig`: every verb of the rig on the command line."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from qzs_rig import __version__
+from qzs_rig.cli import analyze, bag, compare, replay, rig, run, scenarios
+from qzs_rig.errors import RigError
+
+COMMANDS = (rig, run, analyze, replay, compare, bag, scenarios)
+
+EPILOG = """\
+start here:
+  qzs-rig rig                         the paper's platform swept through its jump, real ROS 2 nodes
+  qzs-rig run --set platform.zeta=0.1 the same in this process, with more damping
+  qzs-rig compare runs/A runs/B       two runs over theory, in one page
+  qzs-rig scenarios --parameters      everything that --set knows
+
+exit codes: 0 ok, 1 aborted or a finding, 2 bad input, 3 samples were lost
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line; each command file adds its own part."""
+    top = argparse.ArgumentParser(
+        prog='qzs-rig',
+        description='Virtual test rig for a quasi-zero-stiffness vibration isolation platform.',
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument('--version', action='version', version=f'qzs_rig {__version__}')
+    verbs = top.add_subparsers(title='commands', metavar='COMMAND', required=True)
+    for command in COMMANDS:
+        command.add_to(verbs)
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run one command and end with its exit code."""
+    sys.exit(execute(arguments))
+
+
+def execute(arguments: Sequence[str] | None = None) -> int:
+    """Exit code of one command; foreseen failures become one line on stderr."""
+    options = parser().parse_args(arguments)
+    try:
+        return int(options.execute(options))
+    except RigError as error:
+        print(f'qzs-rig: {error}', file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print('qzs-rig: stopped', file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        # the reader of our output went away (| head); nothing is left to say
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+if __name__ == '__main__':
+    main()

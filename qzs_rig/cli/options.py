@@ -1,0 +1,53 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from qzs_rig.scenario import DEFAULT
+
+
+def scenario(command: argparse.ArgumentParser) -> None:
+    """SCENARIO, --set, --out, --json of a run."""
+    command.add_argument(
+        'scenario',
+        nargs='?',
+        default=DEFAULT,
+        metavar='SCENARIO',
+        help=f'name of a shipped scenario or path of a YAML file (default: {DEFAULT})',
+    )
+    assignments(command)
+    out(command, 'folder of the run (default: runs/<time>_<scenario>_<id>)')
+    as_json(command)
+
+
+def assignments(command: argparse.ArgumentParser) -> None:
+    """--set."""
+    command.add_argument(
+        '--set',
+        dest='assignments',
+        action='append',
+        default=[],
+        metavar='NAME=VALUE',
+        help='override a parameter, for instance platform.zeta=0.07; may be repeated',
+    )
+
+
+def out(command: argparse.ArgumentParser, text: str) -> None:
+    """--out."""
+    command.add_argument('--out', type=Path, metavar='DIR', help=text)
+
+
+def as_json(command: argparse.ArgumentParser) -> None:
+    """--json."""
+    command.add_argument(
+        '--json', action='store_true', help='print one JSON document on stdout, all else on stderr'
+    )
+
+
+def show(options: argparse.Namespace, document: dict[str, Any], text: str) -> None:
+    """The document with --json, else the text."""
+    print(json.dumps(document, allow_nan=False) if options.json else text)

@@ -1,0 +1,125 @@
+"""`qzs-rig rig`: three real nodes, real topics, one bag, one curve."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import uuid
+from pathlib import Path
+from typing import Any
+
+from qzs_rig import runfolder, scenario
+from qzs_rig.cli import options as shared
+from qzs_rig.cli.nodes import Nodes, environment, need_ros
+from qzs_rig.cli.outcome import caution, present
+from qzs_rig.cli.progress import bar
+from qzs_rig.errors import InputError
+from qzs_rig.estimation.estimate import from_json
+from qzs_rig.estimation.parameters import settings_of
+from qzs_rig.parameters import RunSpec
+from qzs_rig.stages import ExciterStage, PlatformStage
+
+
+def add_to(verbs: Any) -> None:
+    """`rig` on the command line."""
+    command = verbs.add_parser(
+        'rig',
+        help='perform a scenario with real ROS 2 nodes and record it',
+        description='Start exciter, platform and analyzer as processes of their own, perform the '
+        'scenario over topics, record a bag, print onset, peak and jumps, write report.html. '
+        'ROS_DOMAIN_ID is respected; without one the run takes a domain of its own.',
+    )
+    shared.scenario(command)
+    command.add_argument('--real-time', action='store_true', help='by the clock (run.mode)')
+    command.set_defaults(execute=execute)
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Perform, watch, present."""
+    extra = ['run.mode=real_time'] if options.real_time else []
+    spec = scenario.load(options.scenario, [*options.assignments, *extra])
+    refuse_bad(spec)
+    need_ros()
+    run_id = uuid.uuid4().hex[:8]
+    name = Path(options.scenario).stem
+    folder = (options.out or runfolder.new_folder(name, run_id)).absolute()
+    runfolder.refuse_occupied(folder)
+    env = environment()
+    print(f'nodes in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
+    nodes = Nodes(spec, env)
+    # SIGTERM must close the nodes as Ctrl-C does
+    signal.signal(signal.SIGTERM, interrupt)
+    try:
+        nodes.start('analyzer', folder=str(folder), progress=True)
+        nodes.start('platform')
+        nodes.start('exciter', run_id=run_id, scenario=name)
+        try:
+            _watch(nodes)
+        except KeyboardInterrupt:
+            print('stopping the nodes', file=sys.stderr)
+            nodes.stop()
+        return _finish(options, nodes, spec, folder)
+    finally:
+        nodes.close()
+
+
+def refuse_bad(spec: RunSpec) -> None:
+    """Raises what the nodes would raise, before any process starts."""
+    step_ns = scenario.step_ns_of(spec)
+    settings_of(spec)
+    if spec.text('analyzer.source') != 'rig':
+        raise InputError('analyzer.source must be rig here; run the analyzer node alone instead')
+    ExciterStage(spec, 0, step_ns)
+    PlatformStage(spec.override({'platform.kernel': 'python'}), step_ns)
+
+
+def _watch(nodes: Nodes) -> None:
+    progress = None
+    said = ''
+    while nodes.running():
+        line = nodes.progress(timeout=0.1)
+        if line and line['state'] in ('idle', 'waiting') and line['message'] != said:
+            said = line['message']
+            print(said, file=sys.stderr)
+        if line and line.get('of'):
+            progress = progress or bar(line['of'], 'samples', 'rig')
+            progress.update(line['done'] - progress.n)
+            hz = [f'{value:.2f} Hz' for key, value in line.items() if key.endswith('_hz')]
+            progress.set_postfix_str(', '.join(hz))
+        codes = nodes.codes()
+        if any(codes.values()) and not nodes.wait(5.0):
+            break  # one failed and the others did not follow
+    if progress:
+        progress.close()
+
+
+def _finish(options: argparse.Namespace, nodes: Nodes, spec: RunSpec, folder: Path) -> int:
+    nodes.stop()
+    caution(tuple(nodes.cautions()))
+    path = folder / 'run.json'
+    if not path.is_file():
+        raise nodes.died()
+    for line in nodes.errors():
+        print(line, file=sys.stderr)
+    document = json.loads(path.read_text(encoding='utf-8'))
+    document['cpu_s'] = round(nodes.cpu_s(), 3)
+    estimate = from_json((folder / 'estimate.json').read_text(encoding='utf-8'))
+    nodes.keep_logs(folder)
+    code = present(options, document, estimate, spec, folder)
+    _complete(path, document)
+    return code
+
+
+def _complete(path: Path, document: dict[str, Any]) -> None:
+    """Put what only this process knows into the run's own run.json."""
+    partial = path.with_name('.run.json.partial')
+    partial.write_text(json.dumps(document, indent=1) + '\n', encoding='utf-8')
+    os.replace(partial, path)
+
+
+def interrupt(number: int, frame: Any) -> None:
+    """A signal handler that makes SIGTERM end things as Ctrl-C does."""
+    raise KeyboardInterrupt

@@ -1,0 +1,116 @@
+"""`qzs-rig run`: the whole rig in this process, as fast as it goes."""
+
+from __future__ import annotations
+
+import argparse
+import time
+import uuid
+from pathlib import Path
+from typing import Any
+
+from qzs_rig import rig, runfolder, scenario, wire
+from qzs_rig.cli import options as shared
+from qzs_rig.cli.outcome import caution, present
+from qzs_rig.cli.progress import bar
+from qzs_rig.parameters import RunSpec
+from qzs_rig.recording import Recording
+from qzs_rig.runsheet import RunSheet
+from qzs_rig.stages import ExciterStage, PlatformOutput
+from qzs_rig.timehistory import NS, TimeHistory
+
+
+def add_to(verbs: Any) -> None:
+    """`run` on the command line."""
+    command = verbs.add_parser(
+        'run',
+        help='perform a scenario in this process, hundreds of times faster than real time',
+        description='Perform a scenario without ROS: the same stages, the same bits as the nodes.',
+    )
+    shared.scenario(command)
+    command.add_argument(
+        '--no-bag', action='store_true', help='keep no bag, only estimate and report'
+    )
+    command.set_defaults(execute=execute)
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Perform, keep, print."""
+    spec = scenario.load(options.scenario, options.assignments)
+    run_id = uuid.uuid4().hex[:8]
+    folder = options.out or runfolder.new_folder(options.scenario, run_id)
+    runfolder.refuse_occupied(folder)
+    sheet = _sheet(spec, options.scenario, run_id)
+    recorder = None if options.no_bag else _Recorder(folder, spec, sheet)
+    progress = bar(sheet.samples * sheet.step_ns / NS, 's', 'run')
+    try:
+        result = rig.run(
+            spec,
+            sheet.start_ns,
+            tap=recorder.keep if recorder else None,
+            progress=lambda done, _: progress.update(done * sheet.step_ns / NS - progress.n),
+        )
+    except BaseException as error:
+        if recorder:
+            recorder.close(sheet.of(state='aborted', reason=str(error) or 'stopped'))
+        raise
+    finally:
+        progress.close()
+    if recorder:
+        recorder.close(sheet.of(state='finished'))
+    caution(result.cautions)
+    path = runfolder.keep(folder / 'estimate.json', result.estimate.to_json() + '\n')
+    counts = {'published': result.samples, 'received': result.samples, 'lost': 0, 'duplicated': 0}
+    document = runfolder.run_document(
+        run_id,
+        'in_process',
+        result.rig_s,
+        result.wall_s,
+        {name: dict(counts) for name in ('base/imu', 'top/imu')},
+        {'bag': folder if recorder else None, 'estimate': path, 'report': folder / 'report.html'},
+        state='finished',
+        reason='',
+        scenario=sheet.scenario,
+    )
+    runfolder.keep_document(folder / 'run.json', document)
+    return present(options, document, result.estimate, spec, folder)
+
+
+def _sheet(spec: RunSpec, name: str, run_id: str) -> RunSheet:
+    step_ns = scenario.step_ns_of(spec)
+    return RunSheet(
+        step_ns=step_ns,
+        samples=ExciterStage(spec, 0, step_ns).samples,
+        mode='in_process',
+        chunk=spec.count('run.chunk'),
+        spec=dict(spec),
+        run_id=run_id,
+        scenario=Path(name).stem,
+        start_ns=time.time_ns(),
+        state='running',
+    )
+
+
+class _Recorder:
+    """Writes what the nodes would have published."""
+
+    def __init__(self, folder: Path, spec: RunSpec, sheet: RunSheet) -> None:
+        names = [spec.text(f'analyzer.{plate}.topic') for plate in ('base', 'top')]
+        self._recording = Recording(folder, names[0], names[1])
+        self._sheet = sheet
+        self._recording.sheet(sheet.start_ns, sheet)
+
+    def keep(self, base: TimeHistory, out: PlatformOutput) -> None:
+        """One chunk of the run."""
+        for first in range(0, len(base), self._sheet.chunk):
+            piece = base.slice(first, first + self._sheet.chunk)
+            self._recording.motion(
+                wire.encode_motion(piece.start_ns, piece.step_ns, piece.data)
+            )
+        stamps = base.stamps_ns()
+        self._recording.base(wire.encode_imu(stamps, out.base_imu.data, 'base_imu_link'))
+        self._recording.top(wire.encode_imu(stamps, out.top_imu.data, 'top_imu_link'))
+
+    def close(self, sheet: RunSheet) -> None:
+        """Keep the last sheet and finish the bag."""
+        self._recording.sheet(sheet.start_ns + sheet.samples * sheet.step_ns, sheet)
+        self._recording.close()
