@@ -10,7 +10,7 @@ import numpy as np
 from qzs_rig import wire
 from qzs_rig.bag import BagWriter, TopicSpec
 from qzs_rig.runsheet import RunSheet
-from qzs_rig.wire import Bytes, ImuBatch, Topic
+from qzs_rig.wire import Bytes, ImuBatch, Stamps, Topic
 
 
 class Recording:
@@ -47,6 +47,10 @@ class Recording:
     def motion(self, message: bytes) -> None:
         """Keep a chunk of base motion."""
         self._writer.write(wire.BASE_MOTION.name, [wire.stamp_of(message)], [message])
+
+    def motions(self, starts_ns: Stamps, messages: Bytes) -> None:
+        """Keep chunks of base motion that start at `starts_ns` (m,), messages (m, length)."""
+        self._writer.write_rows(wire.BASE_MOTION.name, starts_ns, messages)
 
     def base(self, messages: Sequence[bytes] | Bytes) -> ImuBatch:
         """Keep messages of the base sensor; returns what is in them."""

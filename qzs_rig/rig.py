@@ -14,7 +14,7 @@ from qzs_rig.stages import ExciterStage, PlatformOutput, PlatformStage
 from qzs_rig.timehistory import NS, TimeHistory
 from qzs_rig.wire import ImuBatch
 
-CHUNK = 2000
+CHUNK = 8000
 """Samples a chunk in process: long enough that the work, not the calls, takes the time."""
 
 Tap = Callable[[TimeHistory, PlatformOutput], None]

@@ -84,7 +84,11 @@ def config_folder() -> Path:
     """`config/` of the source tree, of the ament share folder or of the wheel's data."""
     source = Path(__file__).resolve().parent.parent
     shares = [
-        *(Path(p) / 'share' for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p),
+        *(
+            Path(p) / 'share'
+            for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+            if p
+        ),
         # an ament or wheel install: <prefix>/lib/pythonX.Y/site-packages/qzs_rig
         *(parent / 'share' for parent in source.parents[:4]),
     ]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -132,6 +133,7 @@ def _decode_imu_rows(rows: Bytes) -> ImuBatch:
     return ImuBatch(stamps, np.hstack([imu['angular_velocity'], imu['linear_acceleration']]))
 
 
+@lru_cache(maxsize=64)
 def _imu_layout(frame_length: int) -> np.dtype[np.void]:
     body = 16 + frame_length + -(12 + frame_length) % 8
     sizes = {'orientation': 4, 'orientation_covariance': 9, 'angular_velocity': 3}
@@ -172,19 +174,24 @@ _POINT = np.dtype(
 
 def encode_motion(start_ns: int, step_ns: int, data: Array) -> bytes:
     """A JointTrajectory whose point k is due k * step_ns after the header's stamp."""
-    writer = _motion_head(start_ns, len(data))
-    if len(data) == 0:
-        return writer.bytes()
-    points = np.zeros(len(data), _POINT)
-    points['position'], points['velocity'] = data[:, :4], data[:, 4:8]
-    points['acceleration'] = data[:, 8:]
+    return encode_motions(np.array([start_ns]), step_ns, data[None]).tobytes()
+
+
+def encode_motions(starts_ns: Stamps, step_ns: int, data: Array) -> Bytes:
+    """Many trajectories at once: starts (m,), data (m, n, 12) -> messages (m, length)."""
+    m, n = data.shape[:2]
+    head = np.frombuffer(_motion_head(n), np.uint8)
+    points = np.zeros((m, n), _POINT)
+    points['position'], points['velocity'] = data[..., :4], data[..., 4:8]
+    points['acceleration'] = data[..., 8:]
     points['n_v'] = points['n_a'] = points['n_p'] = len(DOFS)
-    points['n_p'][-1] = 0
-    due = np.arange(len(data), dtype=np.int64) * step_ns
+    points['n_p'][:, -1:] = 0
+    due = np.arange(n, dtype=np.int64) * step_ns
     points['sec'], points['ns'] = due // NS, due % NS
-    writer.u32(len(DOFS))
-    writer.align(8)
-    return writer.bytes() + points.tobytes()
+    rows = np.concatenate([np.tile(head, (m, 1)), points.view(np.uint8).reshape(m, -1)], axis=1)
+    stamps = np.stack([starts_ns // NS, starts_ns % NS], axis=1)
+    rows[:, 4:12] = stamps.astype('<i4').view(np.uint8)
+    return rows
 
 
 def stamp_of(message: bytes) -> int:
@@ -224,13 +231,18 @@ def decode_motion(message: bytes) -> MotionChunk:
     return MotionChunk(start_ns, step_ns, data)
 
 
-def _motion_head(start_ns: int, points: int) -> CdrWriter:
+@lru_cache(maxsize=64)
+def _motion_head(points: int) -> bytes:
+    """Everything before the first double of a trajectory, its stamp still 0."""
     writer = CdrWriter()
-    writer.time(start_ns)
+    writer.time(0)
     writer.string('base_plate')
     writer.strings(BASE_JOINTS)
     writer.u32(points)
-    return writer
+    if points:
+        writer.u32(len(DOFS))
+        writer.align(8)
+    return writer.bytes()
 
 
 def _foreign_motion() -> InputError:

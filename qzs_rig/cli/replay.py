@@ -55,7 +55,9 @@ def add_to(verbs: Any) -> None:
 def execute(options: argparse.Namespace) -> int:
     """Start what is asked for, replay, report."""
     if options.rate is not None and not 0 < options.rate <= 1000:
-        raise InputError(f'--rate {options.rate} is out of range; give a factor above 0, up to 1000')
+        raise InputError(
+            f'--rate {options.rate} is out of range; give a factor above 0, up to 1000'
+        )
     need_ros()
     spec = recorded_spec(options.bag, options.assignments)
     feeds = 'platform' if options.topics == 'motion' else 'analyzer'

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import time
 import uuid
+from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,9 @@ from qzs_rig.recording import Recording
 from qzs_rig.runsheet import RunSheet
 from qzs_rig.stages import ExciterStage, PlatformOutput
 from qzs_rig.timehistory import NS, TimeHistory
+
+PENDING = 8
+"""Chunks that may wait for the disk."""
 
 
 def add_to(verbs: Any) -> None:
@@ -91,26 +96,38 @@ def _sheet(spec: RunSpec, name: str, run_id: str) -> RunSheet:
 
 
 class _Recorder:
-    """Writes what the nodes would have published."""
+    """Writes what the nodes would have published, on a thread: compression needs no interpreter."""
 
     def __init__(self, folder: Path, spec: RunSpec, sheet: RunSheet) -> None:
         names = [spec.text(f'analyzer.{plate}.topic') for plate in ('base', 'top')]
         self._recording = Recording(folder, names[0], names[1])
         self._sheet = sheet
         self._recording.sheet(sheet.start_ns, sheet)
+        self._writer = ThreadPoolExecutor(max_workers=1)
+        self._pending: deque[Future[None]] = deque()
 
     def keep(self, base: TimeHistory, out: PlatformOutput) -> None:
-        """One chunk of the run."""
-        for first in range(0, len(base), self._sheet.chunk):
-            piece = base.slice(first, first + self._sheet.chunk)
-            self._recording.motion(
-                wire.encode_motion(piece.start_ns, piece.step_ns, piece.data)
-            )
+        """One chunk of the run; waits where the disk is far behind."""
+        self._pending.append(self._writer.submit(self._keep, base, out))
+        while len(self._pending) > PENDING:
+            self._pending.popleft().result()
+
+    def _keep(self, base: TimeHistory, out: PlatformOutput) -> None:
         stamps = base.stamps_ns()
+        chunk = self._sheet.chunk
+        whole = len(base) // chunk * chunk
+        for first, last, n in ((0, whole, chunk), (whole, len(base), len(base) - whole)):
+            if last > first:
+                data = base.data[first:last].reshape(-1, n, base.data.shape[1])
+                starts = stamps[first:last:n]
+                self._recording.motions(starts, wire.encode_motions(starts, base.step_ns, data))
         self._recording.base(wire.encode_imu(stamps, out.base_imu.data, 'base_imu_link'))
         self._recording.top(wire.encode_imu(stamps, out.top_imu.data, 'top_imu_link'))
 
     def close(self, sheet: RunSheet) -> None:
         """Keep the last sheet and finish the bag."""
+        self._writer.shutdown()
+        for written in self._pending:
+            written.result()
         self._recording.sheet(sheet.start_ns + sheet.samples * sheet.step_ns, sheet)
         self._recording.close()

@@ -18,7 +18,7 @@ from qzs_rig.estimation.estimate import Curve, Event
 from qzs_rig.timehistory import Array
 
 LINEAR_SLOPE = 2.0
-MARGIN = 1.6
+MARGIN = 2.0
 """Times the linear bound from which a step is abrupt; leaves room for the ringing of a sweep at
 the ISO 7626-2 rate limit and for noise."""
 SIZE = 1.5

@@ -71,16 +71,25 @@ class Drive:
         """Base motion at samples `first` to `last` (excluded) -> (n, 12): position, velocity and
         acceleration of the four degrees of freedom, SI, z up. Exact derivatives of one formula.
         """
+        if last <= first:
+            return np.empty((0, 3 * len(DOFS)))
         t = np.arange(first, last) * self.step_ns / NS
-        wave = self._unit_wave(t)
-        amplitude = np.array(self.amplitude)
-        return np.concatenate([np.multiply.outer(part, amplitude) for part in wave], axis=1)
+        motion = np.zeros((len(t), 3 * len(DOFS)))
+        for order, part in enumerate(self._unit_wave(t)):
+            for dof, amplitude in enumerate(self.amplitude):
+                if amplitude:
+                    motion[:, order * len(DOFS) + dof] = amplitude * part
+        return motion
 
     def _unit_wave(self, t: Array) -> tuple[Array, Array, Array]:
         cycles = self._cycles(t)
         wave = _held_sine(cycles, self.order)
-        wave = shaped(fade_in(t, self.ramp), wave)
-        return shaped(fade_out(t - (self.duration - self.ramp), self.ramp), wave)
+        end = self.duration - self.ramp
+        if t[0] < self.ramp:
+            wave = shaped(fade_in(t, self.ramp), wave)
+        if t[-1] > end:
+            wave = shaped(fade_out(t - end, self.ramp), wave)
+        return wave
 
     def frequency_hz(self, t: float) -> float:
         """Commanded frequency at time t in s."""
@@ -108,10 +117,10 @@ def _held_sine(cycles: Cycles, order: int) -> tuple[Array, Array, Array]:
     """Displacement X sin(phi) with X = phi'^-order, and its exact first two derivatives."""
     phi, w, dw, ddw = (2.0 * math.pi * part for part in (cycles.phase % 1.0, *cycles[1:]))
     sin, cos = np.sin(phi), np.cos(phi)
-    p = float(order)
-    X = w**-order
-    dX = -p * X / w * dw
-    ddX = p * (p + 1.0) * X / w**2 * dw**2 - p * X / w * ddw
+    p, slowness = float(order), 1.0 / w
+    X = slowness**order
+    dX = -p * X * slowness * dw
+    ddX = -X * slowness * p * (ddw - (p + 1.0) * slowness * dw * dw)
     position = X * sin
     velocity = dX * sin + X * w * cos
     acceleration = (ddX - X * w**2) * sin + (2.0 * dX * w + X * dw) * cos

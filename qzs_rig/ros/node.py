@@ -34,9 +34,7 @@ class RigNode(LifecycleNode):
     tick_s = 0.05
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(
-            self.role, automatically_declare_parameters_from_overrides=True, **options
-        )
+        super().__init__(self.role, automatically_declare_parameters_from_overrides=True, **options)
         self.spec = parameters.declare(self, self.sections, self.own)
         parameters.guard(self, self.spec, lambda: self.busy)
         self.exit_code: int | None = None

@@ -93,7 +93,9 @@ class Player(Lead):
                 samples = min(samples, last)
             return sheets[-1].of(samples=samples)
         if self.spec.text('topics') == 'motion':
-            raise InputError('this bag has no run sheet on rig/run; only topics:=imu can be replayed')
+            raise InputError(
+                'this bag has no run sheet on rig/run; only topics:=imu can be replayed'
+            )
         step = int(np.median(np.diff(stamps))) if len(stamps) > 1 else 1
         return RunSheet(
             step_ns=step,

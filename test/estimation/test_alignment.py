@@ -1,5 +1,7 @@
 """Laws of alignment: a common grid passes bit by bit, anything else within the cubic's error."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,7 @@ def taken(aligner, base, top, chunk=37):
 
 def together(pieces):
     pieces = [piece for piece in pieces if len(piece.base)]
-    for piece, after in zip(pieces, pieces[1:], strict=False):
+    for piece, after in itertools.pairwise(pieces):
         assert after.start_ns == piece.start_ns + len(piece.base) * piece.step_ns
     return Aligned(
         pieces[0].start_ns,

@@ -1,5 +1,7 @@
 """Laws of the directions: turns are found through scatter, holds are no sweep."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -26,7 +28,7 @@ def test_runs_alternate_and_turn_where_the_frequency_does(turns, scatter):
 
 def _legs(points, turns):
     knots = np.linspace(0, points, turns + 2)
-    return list(zip(knots[:-1], knots[1:], strict=True))
+    return list(itertools.pairwise(knots))
 
 
 def test_holds_at_the_ends_are_left_out():

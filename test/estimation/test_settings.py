@@ -16,7 +16,7 @@ def test_each_setting_is_held_to_its_bounds(name, side):
 
 
 def test_an_empty_band_is_refused():
-    with pytest.raises(InputError, match='frequency_min = 5.0 Hz is not below'):
+    with pytest.raises(InputError, match=r'frequency_min = 5\.0 Hz is not below'):
         TrackedSineSettings(frequency_min=5.0, frequency_max=4.0)
 
 
