@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from qzs_rig.dof import DOFS
 from qzs_rig.estimation import ESTIMATORS, SteppedSine, TrackedSine
 from qzs_rig.estimation.alignment import Aligner, StreamCounts
 from qzs_rig.estimation.channels import ChannelMap
 from qzs_rig.estimation.estimate import Estimate
-from qzs_rig.estimation.parameters import settings_of
+from qzs_rig.estimation.parameters import dofs_of, settings_of
 from qzs_rig.parameters import RunSpec
 from qzs_rig.wire import ImuBatch
 
@@ -24,6 +25,8 @@ class AnalyzerStage:
         self._maps = {plate: ChannelMap.from_spec(spec, plate) for plate in ('base', 'top')}
         self._aligner = Aligner(step_ns)
         self._settings = settings_of(spec)
+        self._dofs = dofs_of(spec)
+        self._columns = [DOFS.index(dof) for dof in self._dofs]
         self._estimator: TrackedSine | SteppedSine | None = None
 
     def push_base(self, batch: ImuBatch) -> None:
@@ -37,7 +40,9 @@ class AnalyzerStage:
 
     def latest(self, dof: str) -> tuple[float, complex] | None:
         """Newest frequency (Hz) and transmissibility of `dof`, None before the first."""
-        return self._estimator.latest(dof) if self._estimator else None
+        if self._estimator is None or dof not in self._dofs:
+            return None
+        return self._estimator.latest(dof)
 
     @property
     def counts(self) -> dict[str, StreamCounts]:
@@ -61,5 +66,6 @@ class AnalyzerStage:
             return
         if self._estimator is None:
             name = self._spec.text('analyzer.estimator')
-            self._estimator = ESTIMATORS[name](self._settings, pair.step_ns)
-        self._estimator.push(pair.base, pair.top)
+            self._estimator = ESTIMATORS[name](self._settings, pair.step_ns, self._dofs)
+        columns = self._columns
+        self._estimator.push(pair.base[:, columns], pair.top[:, columns])

@@ -1,4 +1,4 @@
-"""What a run leaves behind: its bag, its estimate, its counts. Shared by node and in-process run."""
+"""The bag that a run leaves behind, written by the analyzer node and by the in-process run."""
 
 from __future__ import annotations
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from pathlib import Path
 from typing import Any
@@ -33,7 +32,7 @@ def keep(path: Path, text: str) -> Path:
         raise InputError(f'{path} is already there; nothing is overwritten: give another --out')
     partial = path.with_name(f'.{path.name}.partial')
     partial.write_text(text, encoding='utf-8')
-    os.replace(partial, path)
+    partial.replace(path)
     return path
 
 

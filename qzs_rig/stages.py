@@ -1,4 +1,4 @@
-"""The streaming stages: each takes a chunk and returns a chunk, the same bits for any chunk size."""
+"""The streaming stages: a chunk in, a chunk out, and the same bits for any chunk size."""
 
 from __future__ import annotations
 

@@ -34,7 +34,10 @@ def environment() -> dict[str, str]:
     env.setdefault('ROS_DOMAIN_ID', str(DOMAINS[os.getpid() % len(DOMAINS)]))
     profiles = scenario.config_folder() / 'fastdds.xml'
     if profiles.is_file():
-        env.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(profiles))
+        # Fast DDS 3 renamed the variable; older releases know the old name only
+        old = env.get('ROS_DISTRO') in ('humble', 'iron', 'jazzy')
+        name = 'FASTRTPS_DEFAULT_PROFILES_FILE' if old else 'FASTDDS_DEFAULT_PROFILES_FILE'
+        env.setdefault(name, str(profiles))
     env['PYTHONUNBUFFERED'] = '1'
     return env
 

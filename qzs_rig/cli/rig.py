@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import signal
 import sys
 import uuid
@@ -117,7 +116,7 @@ def _complete(path: Path, document: dict[str, Any]) -> None:
     """Put what only this process knows into the run's own run.json."""
     partial = path.with_name('.run.json.partial')
     partial.write_text(json.dumps(document, indent=1) + '\n', encoding='utf-8')
-    os.replace(partial, path)
+    partial.replace(path)
 
 
 def interrupt(number: int, frame: Any) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import fields
 
+from qzs_rig.dof import DOFS
+from qzs_rig.errors import InputError
 from qzs_rig.estimation import ESTIMATORS, TrackedSineSettings, channels
 from qzs_rig.estimation.settings import BOUNDS
 from qzs_rig.parameters import Parameter, RunSpec
@@ -23,6 +25,8 @@ _SETTINGS = {
     'plateau_tolerance': ('', 'relative change of frequency that still is one plateau'),
 }
 
+_DEFAULTS = TrackedSineSettings()
+
 PARAMETERS = (
     Parameter(
         'analyzer.estimator',
@@ -35,13 +39,20 @@ PARAMETERS = (
     *(
         Parameter(
             f'analyzer.{setting.name}',
-            type(setting.default),
-            setting.default,
+            type(getattr(_DEFAULTS, setting.name)),
+            getattr(_DEFAULTS, setting.name),
             _SETTINGS[setting.name][0],
             _SETTINGS[setting.name][1],
             *BOUNDS[setting.name],
         )
         for setting in fields(TrackedSineSettings)
+    ),
+    Parameter(
+        'analyzer.dofs',
+        str,
+        'all',
+        '',
+        'degrees of freedom to analyze, comma separated; all: every one that is excited',
     ),
     Parameter('analyzer.base.topic', str, 'base/imu', '', 'Imu on the base plate'),
     Parameter('analyzer.top.topic', str, 'top/imu', '', 'Imu on the top plate'),
@@ -71,6 +82,21 @@ PARAMETERS = (
     ),
     *channels.PARAMETERS,
 )
+
+
+def dofs_of(spec: RunSpec) -> tuple[str, ...]:
+    """The degrees of freedom to analyze, in the order of DOFS; raises InputError for others."""
+    text = spec.text('analyzer.dofs')
+    if text == 'all':
+        return DOFS
+    wanted = [dof.strip() for dof in text.split(',') if dof.strip()]
+    unknown = [dof for dof in wanted if dof not in DOFS]
+    if unknown or not wanted:
+        raise InputError(
+            f'analyzer.dofs names {unknown[0] if unknown else "nothing"!r}; '
+            f'known: all, {", ".join(DOFS)}'
+        )
+    return tuple(dof for dof in DOFS if dof in wanted)
 
 
 def settings_of(spec: RunSpec) -> TrackedSineSettings:

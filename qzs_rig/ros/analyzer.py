@@ -166,8 +166,9 @@ class Analyzer(Follower):
         self.get_logger().info(f'kept {self._folder}')
 
     def close(self) -> None:
-        if getattr(self, '_recording', None):
-            self._recording.close()
+        recording: Recording | None = getattr(self, '_recording', None)
+        if recording:
+            recording.close()
 
     def _topics(self, sheet: RunSheet) -> dict[str, dict[str, int]]:
         assert self._stage is not None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from functools import partial
 
 from qzs_rig import wire
 from qzs_rig.errors import PeerError, RigError
@@ -37,7 +38,7 @@ class Follower(RigNode):
                     topic,
                     lambda raw: None,
                     qos.watched(topic),
-                    lost=lambda peer=peer: self.peer_lost(peer),
+                    lost=partial(self.peer_lost, peer),
                 )
 
     # --- what a subclass gives

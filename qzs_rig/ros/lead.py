@@ -11,6 +11,7 @@ import json
 import time
 import uuid
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from std_srvs.srv import Trigger
@@ -43,7 +44,7 @@ LEAD_PARAMETERS = (
 class Lead(RigNode):
     """Drives `samples` through the peers. Subclasses give `feed(n)` and publish what it yields."""
 
-    own = LEAD_PARAMETERS
+    own: tuple[Parameter, ...] = LEAD_PARAMETERS
 
     def open(self) -> None:
         self.peers = tuple(p for p in self.spec.text('peers').split(',') if p)
@@ -57,9 +58,9 @@ class Lead(RigNode):
         for peer in self.peers:
             self.subscribe(
                 PEER_STATUS[peer],
-                lambda raw, peer=peer: self._heard(peer, wire.decode_status(raw)),
+                partial(self._heard, peer),
                 qos.watched(PEER_STATUS[peer]),
-                lost=lambda peer=peer: self._lost(peer),
+                lost=partial(self._lost, peer),
             )
         self.create_service(Trigger, '~/abort', self._abort_service)
 
@@ -189,7 +190,8 @@ class Lead(RigNode):
 
     # --- peers and operators
 
-    def _heard(self, peer: str, status: Status) -> None:
+    def _heard(self, peer: str, raw: bytes) -> None:
+        status = wire.decode_status(raw)
         self.statuses[peer] = status
         if not self._ours(status):
             return

@@ -6,7 +6,8 @@ import importlib
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
@@ -35,11 +36,11 @@ class RigNode(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(self.role, automatically_declare_parameters_from_overrides=True, **options)
+        self.busy = False
         self.spec = parameters.declare(self, self.sections, self.own)
         parameters.guard(self, self.spec, lambda: self.busy)
         self.exit_code: int | None = None
         self.wake: Callable[[], None] = lambda: None
-        self.busy = False
         self.matched: dict[str, int] = {}
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.publisher(wire.DIAGNOSTICS)
@@ -128,7 +129,7 @@ class RigNode(LifecycleNode):
 
     # --- endpoints
 
-    def publisher(self, topic: Topic, profile: QoSProfile | None = None) -> Publisher:
+    def publisher(self, topic: Topic, profile: QoSProfile | None = None) -> Publisher[Any]:
         """A publisher of serialised messages on `topic`; counts its matches in `matched`."""
         return self.create_publisher(
             message_class(topic.type),
@@ -158,10 +159,13 @@ class RigNode(LifecycleNode):
             if info.alive_count == 0 and (info.alive_count_change or info.not_alive_count_change):
                 lost()  # type: ignore[misc]
 
+        def handler(message: Any) -> None:
+            self.attempt(lambda: callback(message))
+
         self.create_subscription(
             message_class(topic.type),
             topic.name,
-            callback if bare else lambda message: self.attempt(lambda: callback(message)),
+            callback if bare else handler,  # type: ignore[arg-type]
             profile or qos.reliable(topic),
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(

@@ -29,9 +29,9 @@ def declare(node: Node, sections: tuple[str, ...], own: Iterable[Parameter]) -> 
     """
     table = (*scenario.PARAMETERS, *NODE_PARAMETERS, *own)
     given = {}
-    for name, parameter in node.get_parameters_by_prefix('').items():
+    for name, override in node.get_parameters_by_prefix('').items():
         if not name.startswith(_OF_ROS):
-            given[name] = parameter.value
+            given[name] = override.value
             node.undeclare_parameter(name)
     known_elsewhere = {'scenario', 'run_id', 'folder', 'peers', 'bag', 'topics', 'pace', 'rate'}
     unknown = [n for n in given if n not in {p.name for p in table} | known_elsewhere]

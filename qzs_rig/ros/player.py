@@ -13,11 +13,7 @@ from qzs_rig.parameters import Parameter
 from qzs_rig.ros.lead import LEAD_PARAMETERS, Lead
 from qzs_rig.ros.spinning import leave, run
 from qzs_rig.runsheet import RunSheet, from_document
-
-REPLAYED = {
-    'motion': (wire.BASE_MOTION.name,),
-    'imu': (wire.BASE_IMU.name, wire.TOP_IMU.name),
-}
+from qzs_rig.wire import Topic
 
 
 class Player(Lead):
@@ -27,7 +23,7 @@ class Player(Lead):
     own = (
         *LEAD_PARAMETERS,
         Parameter('bag', str, '', '', 'bag to replay'),
-        Parameter('topics', str, 'motion', '', 'what is replayed', choices=tuple(REPLAYED)),
+        Parameter('topics', str, 'motion', '', 'what is replayed', choices=('motion', 'imu')),
         Parameter('mode', str, 'lockstep', '', 'pace', choices=('lockstep', 'real_time')),
         Parameter('rate', float, 1.0, '', 'rig seconds a wall second', 0.0, 1000.0, above=True),
     )
@@ -38,27 +34,29 @@ class Player(Lead):
         reader = BagReader(Path(self.spec.text('bag')))
         try:
             sheets = [from_document(document) for document in reader.run_sheets()]
-            names = REPLAYED[self.spec.text('topics')]
-            if self.spec.text('topics') == 'imu' and sheets:
-                names = tuple(
-                    str(sheets[-1].spec.get(f'analyzer.{plate}.topic', name))
-                    for plate, name in zip(('base', 'top'), names, strict=True)
-                )
-            rows = [reader.rows(name, wire.TOPICS[default].type)
-                    for name, default in zip(names, REPLAYED[self.spec.text('topics')], strict=True)]  # fmt: skip
+            topics = self._topics(sheets)
+            rows = [reader.rows(topic.name, topic.type) for topic in topics]
         finally:
             reader.close()
         self._sheet = self._recorded(sheets, rows[0].stamps_ns)
         self._outputs = [
-            (self.publisher(wire.Topic(name, wire.TOPICS[default].type, 4000)), item.messages())
-            for name, default, item in zip(
-                names, REPLAYED[self.spec.text('topics')], rows, strict=True
-            )
+            (self.publisher(topic), item.messages())
+            for topic, item in zip(topics, rows, strict=True)
         ]
-        self._names = names
-        self._index = [(item.stamps_ns - self._sheet.start_ns) // self._sheet.step_ns
-                       for item in rows]  # fmt: skip
+        self._names = [topic.name for topic in topics]
+        start, step = self._sheet.start_ns, self._sheet.step_ns
+        self._index = [(item.stamps_ns - start) // step for item in rows]
         self._next = [0] * len(rows)
+
+    def _topics(self, sheets: list[RunSheet]) -> list[Topic]:
+        """What is replayed, under the names that the recorded analyzer listened to."""
+        if self.spec.text('topics') == 'motion':
+            return [wire.BASE_MOTION]
+        spec = sheets[-1].spec if sheets else {}
+        return [
+            Topic(str(spec.get(f'analyzer.{plate}.topic', topic.name)), topic.type, topic.depth)
+            for plate, topic in (('base', wire.BASE_IMU), ('top', wire.TOP_IMU))
+        ]
 
     def prepare(self) -> RunSheet:
         return self._sheet.of(

@@ -39,13 +39,12 @@ def watched(topic: Topic) -> QoSProfile:
 def driver(name: str) -> QoSProfile:
     """What the analyzer asks of somebody else's Imu: 'reliable' or 'sensor_data'."""
     if name == 'sensor_data':
-        profile = QoSProfile(
+        return QoSProfile(
             reliability=qos_profile_sensor_data.reliability,
             history=HistoryPolicy.KEEP_LAST,
             depth=4000,
             durability=DurabilityPolicy.VOLATILE,
         )
-        return profile
     return QoSProfile(depth=4000, reliability=ReliabilityPolicy.RELIABLE)
 
 
