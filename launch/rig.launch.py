@@ -54,8 +54,8 @@ def _nodes(context):
         'platform': {},
         'exciter': {'scenario': Path(scenario).stem, **mode},
     }
-    nodes = [
-        LifecycleNode(
+    nodes = {
+        role: LifecycleNode(
             package='qzs_rig',
             executable=role,
             name=role,
@@ -65,12 +65,12 @@ def _nodes(context):
             output='screen',
         )
         for role, parameters in own.items()
-    ]
+    }
     # the exciter leads: when it ends, the run is over
     over = RegisterEventHandler(
-        OnProcessExit(target_action=nodes[0], on_exit=[EmitEvent(event=Shutdown())])
+        OnProcessExit(target_action=nodes['exciter'], on_exit=[EmitEvent(event=Shutdown())])
     )
-    return [*nodes, over]
+    return [*nodes.values(), over]
 
 
 def _scenario(name):

@@ -37,5 +37,9 @@ class DivergenceError(RigError):
         self.last_good_sample = last_good_sample
 
 
+class RunAbortedError(RigError):
+    """A run ended before its last sample; the message says why and what was kept."""
+
+
 class PeerError(RigError):
     """A node of the rig died, stalled or disagrees."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from qzs_rig import __version__
 from qzs_rig.cli import analyze, bag, compare, replay, rig, run, scenarios
@@ -40,7 +42,9 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run one command and end with its exit code."""
+    """Run one command and end with its exit code; SIGTERM closes things as Ctrl-C does."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
     sys.exit(execute(arguments))
 
 
@@ -59,6 +63,10 @@ def execute(arguments: Sequence[str] | None = None) -> int:
         # the reader of our output went away (| head); nothing is left to say
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+
+
+def _interrupt(number: int, frame: Any) -> None:
+    raise KeyboardInterrupt
 
 
 if __name__ == '__main__':

@@ -23,6 +23,7 @@ from qzs_rig.parameters import RunSpec
 
 PATIENCE_S = 2.0
 """How long nodes may take to close before they are killed."""
+LEADS = ('exciter', 'player')
 DOMAINS = range(1, 102)
 """Domain ids whose ports stay below Linux's ephemeral range."""
 
@@ -106,10 +107,14 @@ class Nodes:
         return {role: process.poll() for role, process in self._processes.items()}
 
     def stop(self, patience_s: float = PATIENCE_S) -> None:
-        """SIGINT to all that still run, SIGKILL to those that have not ended in time."""
+        """SIGINT to the lead, which tells the others; then to all, then SIGKILL."""
+        for role in self.running():
+            if role in LEADS:
+                self._processes[role].send_signal(signal.SIGINT)
+                self.wait(0.3 * patience_s)
         for role in self.running():
             self._processes[role].send_signal(signal.SIGINT)
-        self.wait(patience_s)
+        self.wait(0.6 * patience_s)
         for role in self.running():
             self._processes[role].kill()
         self.wait(patience_s)
@@ -154,11 +159,14 @@ class Nodes:
         self.stop()
         self._scratch.cleanup()
 
-    def died(self) -> PeerError:
-        """Why the run gave nothing."""
+    def died(self, folder: Path) -> PeerError:
+        """Why the run gave no estimate, and what can be done with a bag in `folder`."""
         said = self.errors()
         codes = ', '.join(f'{role} exit {code}' for role, code in self.codes().items())
-        return PeerError(f'the nodes ended without a run ({codes}): {"; ".join(said) or "no word"}')
+        rescue = f'; get the bag back with: qzs-rig bag recover {folder}' if folder.is_dir() else ''
+        return PeerError(
+            f'the nodes ended without an estimate ({codes}): {"; ".join(said) or "no word"}{rescue}'
+        )
 
     def _log(self, role: str) -> Path:
         return self._folder / f'{role}.log'

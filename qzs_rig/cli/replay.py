@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import signal
 import sys
 from pathlib import Path
 from typing import Any
 
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.nodes import Nodes, environment, need_ros
-from qzs_rig.cli.rig import interrupt
 from qzs_rig.errors import InputError
 from qzs_rig.offline import recorded_spec
 
@@ -65,7 +63,6 @@ def execute(options: argparse.Namespace) -> int:
     env = environment()
     print(f'replay in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
     nodes = Nodes(spec, env)
-    signal.signal(signal.SIGTERM, interrupt)
     try:
         if 'analyzer' in options.start:
             out = {'folder': str(options.out.absolute())} if options.out else {}
@@ -94,8 +91,29 @@ def execute(options: argparse.Namespace) -> int:
         nodes.close()
     for line in errors:
         print(line, file=sys.stderr)
-    code = max((1 if c not in (0, 2, 3) else c for c in codes.values() if c is not None), default=1)
-    document = {'bag': str(options.bag), 'topics': options.topics, 'mode': mode, 'codes': codes}
+    lossy = bool(options.out) and _lost(options.out)
+    code = (
+        3
+        if lossy and not any(codes.values())
+        else max(
+            (1 if c not in (0, 2, 3) else c for c in codes.values() if c is not None), default=1
+        )
+    )
+    document: dict[str, Any] = {
+        'bag': str(options.bag),
+        'topics': options.topics,
+        'mode': mode,
+        'codes': codes,
+    }
     document['out'] = str(options.out) if options.out else None
     print(json.dumps(document) if options.json else f'replayed {options.topics} of {options.bag}')
     return code
+
+
+def _lost(folder: Path) -> int:
+    """Samples that the started analyzer missed; 0 where it kept nothing."""
+    path = folder / 'run.json'
+    if not path.is_file():
+        return 0
+    topics = json.loads(path.read_text(encoding='utf-8'))['topics']
+    return sum(int(topic['lost']) for topic in topics.values())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import signal
 import sys
 import uuid
 from pathlib import Path
@@ -49,8 +48,6 @@ def execute(options: argparse.Namespace) -> int:
     env = environment()
     print(f'nodes in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
     nodes = Nodes(spec, env)
-    # SIGTERM must close the nodes as Ctrl-C does
-    signal.signal(signal.SIGTERM, interrupt)
     try:
         nodes.start('analyzer', folder=str(folder), progress=True)
         nodes.start('platform')
@@ -99,14 +96,15 @@ def _finish(options: argparse.Namespace, nodes: Nodes, spec: RunSpec, folder: Pa
     nodes.stop()
     caution(tuple(nodes.cautions()))
     path = folder / 'run.json'
+    if folder.is_dir():
+        nodes.keep_logs(folder)
     if not path.is_file():
-        raise nodes.died()
+        raise nodes.died(folder)
     for line in nodes.errors():
         print(line, file=sys.stderr)
     document = json.loads(path.read_text(encoding='utf-8'))
     document['cpu_s'] = round(nodes.cpu_s(), 3)
     estimate = from_json((folder / 'estimate.json').read_text(encoding='utf-8'))
-    nodes.keep_logs(folder)
     code = present(options, document, estimate, spec, folder)
     _complete(path, document)
     return code
@@ -117,8 +115,3 @@ def _complete(path: Path, document: dict[str, Any]) -> None:
     partial = path.with_name('.run.json.partial')
     partial.write_text(json.dumps(document, indent=1) + '\n', encoding='utf-8')
     partial.replace(path)
-
-
-def interrupt(number: int, frame: Any) -> None:
-    """A signal handler that makes SIGTERM end things as Ctrl-C does."""
-    raise KeyboardInterrupt

@@ -14,6 +14,7 @@ from qzs_rig import rig, runfolder, scenario, wire
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.outcome import caution, present
 from qzs_rig.cli.progress import bar
+from qzs_rig.errors import RigError, RunAbortedError
 from qzs_rig.parameters import RunSpec
 from qzs_rig.recording import Recording
 from qzs_rig.runsheet import RunSheet
@@ -54,10 +55,12 @@ def execute(options: argparse.Namespace) -> int:
             tap=recorder.keep if recorder else None,
             progress=lambda done, _: progress.update(done * sheet.step_ns / NS - progress.n),
         )
-    except BaseException as error:
+    except (RigError, KeyboardInterrupt) as error:
+        reason = str(error) or 'stopped by the operator'
         if recorder:
-            recorder.close(sheet.of(state='aborted', reason=str(error) or 'stopped'))
-        raise
+            recorder.close(sheet.of(state='aborted', reason=reason))
+            reason += f'; kept {folder}, see qzs-rig analyze {folder}'
+        raise RunAbortedError(reason) from error
     finally:
         progress.close()
     if recorder:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ class Integrator:
         # u, u' and u'' of each degree of freedom over length, and the last base sample (8,)
         self._state: list[tuple[float, float, float]] = []
         self._base_end: Array | None = None
-        self._samples = 0
+        self._last = 0  # its index
 
     def push(self, base: Array) -> Array:
         """Absolute top motion for the base motion at the next samples.
@@ -53,7 +54,7 @@ class Integrator:
         for dof in range(len(DOFS)):
             self._advance(dof, nodes, top[first:])
         self._base_end = base[-1]
-        self._samples += len(base)
+        self._last += len(base) - first
         return np.asarray(top * np.tile(self._scale, 3))
 
     def _rest(self, base: Array) -> Array:
@@ -77,7 +78,7 @@ class Integrator:
         n = len(mid)
         out: list[Any] = [np.empty(n) for _ in range(3)]
         if self._lists:  # lists are four times as fast as arrays in the interpreter
-            lines, out = [line.tolist() for line in lines], [[0.0] * n for _ in range(3)]
+            lines, out = [line.tolist() for line in lines], [[math.nan] * n for _ in range(3)]
         platform = self._platform
         try:
             good = self._march(
@@ -91,9 +92,10 @@ class Integrator:
                 *out,
             )
         except (ValueError, OverflowError, ZeroDivisionError):
-            good = -1  # math.sqrt of a negative number: outside the law's domain
+            # math.sqrt of a negative number: outside the law's domain; what is unfilled is NaN
+            good = n - int(np.count_nonzero(np.isnan(out[0])))
         if good < n:
-            raise self._divergence(dof, max(good, 0) // self._substeps)
+            raise self._divergence(dof, good // self._substeps)
         if n:
             self._state[dof] = (float(out[0][-1]), float(out[1][-1]), float(out[2][-1]))
             last = self._substeps - 1
@@ -101,7 +103,7 @@ class Integrator:
                 top[:, column] = line[last :: self._substeps]
 
     def _divergence(self, dof: int, good: int) -> DivergenceError:
-        sample = self._samples + good
+        sample = self._last + good
         return DivergenceError(
             f'{DOFS[dof]} left the domain of law {self._platform.law.name} or the finite numbers '
             f'after sample {sample} ({sample * self._step:.3f} s); lower excitation.amplitude, '

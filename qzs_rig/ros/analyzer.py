@@ -81,7 +81,7 @@ class Analyzer(Follower):
         real_time = sheet.mode == 'real_time'
         step_s = (sheet.step_ns or 1) / NS
         self._batch = max(1, int(BATCH_S / step_s)) if real_time else sheet.chunk
-        self._last_ns = sheet.start_ns - sheet.step_ns
+        self._reached = [sheet.start_ns - (sheet.step_ns or NS)] * 2
 
     def _take_motion(self, raw: bytes) -> None:
         if self.busy and self._recording:
@@ -106,24 +106,25 @@ class Analyzer(Follower):
         for raw in self._raw:
             raw.clear()
         if base:
-            stage.push_base(recording.base(base))
+            batch = recording.base(base)
+            stage.push_base(batch)
+            self._mark(0, batch)
         if top:
             batch = recording.top(top)
             stage.push_top(batch)
-            self._mark(batch)
+            self._mark(1, batch)
         if self.sheet.mode == 'lockstep' or self.sheet.samples == self.index:
             self.say()
         self._show(stage)
 
-    def _mark(self, batch: ImuBatch) -> None:
+    def _mark(self, plate: int, batch: ImuBatch) -> None:
         assert self.sheet is not None
         self._last_at = time.monotonic()
         self._first_at = self._first_at or self._last_at
-        self._last_ns = max(self._last_ns, int(batch.stamps_ns.max()))
-        if self.sheet.step_ns:
-            self.index = (self._last_ns - self.sheet.start_ns) // self.sheet.step_ns + 1
-        else:
-            self.index += len(batch.stamps_ns)
+        self._reached[plate] = max(self._reached[plate], int(batch.stamps_ns.max()))
+        # both sensors must have reached a sample before it counts as done
+        step_ns = self.sheet.step_ns or NS
+        self.index = (min(self._reached) - self.sheet.start_ns) // step_ns + 1
 
     def tick(self) -> None:
         super().tick()
@@ -145,7 +146,7 @@ class Analyzer(Follower):
         self._process()
         self.busy = False
         estimate = self._stage.result()
-        end_ns = max(self._last_ns, sheet.start_ns)
+        end_ns = max(*self._reached, sheet.start_ns)
         self._recording.sheet(end_ns, sheet)
         self._recording.close()
         self._recording = None
@@ -153,7 +154,7 @@ class Analyzer(Follower):
         document = runfolder.run_document(
             sheet.run_id,
             sheet.mode,
-            rig_s=max(0, self._last_ns - sheet.start_ns) / NS,
+            rig_s=(end_ns - sheet.start_ns) / NS,
             wall_s=self._last_at - self._first_at,
             topics=self._topics(sheet),
             files={'bag': self._folder, 'estimate': path, 'report': None},

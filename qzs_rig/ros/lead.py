@@ -33,6 +33,8 @@ IN_FLIGHT = 160
 shared-memory port (512 places) stalls."""
 DRAIN_S = 2.0
 """How long the peers may take for the last samples of a real-time run before they count as lost."""
+SEE_OFF_S = 3.0
+"""How long the lead stays for its peers to close their files."""
 
 LEAD_PARAMETERS = (
     Parameter('peers', str, 'platform,analyzer', '', 'nodes that take part, comma separated'),
@@ -240,7 +242,7 @@ class Lead(RigNode):
         self.sheet = self.sheet.of(reason=reason)
         self._announce(state)
         self.state = 'ended'
-        self._end_until = time.monotonic() + 1.0
+        self._end_until = time.monotonic() + SEE_OFF_S
         log = self.get_logger().info if state == 'finished' else self.get_logger().error
         log(f'run {self.sheet.run_id} {state}' + (f': {reason}' if reason else ''))
 
