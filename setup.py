@@ -1,10 +1,16 @@
 """ament_python packaging: `colcon build` in a ROS workspace, `pip install` anywhere else."""
 
-from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
 PACKAGE = 'qzs_rig'
+
+
+def files(folder):
+    """Files of a folder, relative to this file as setuptools wants them."""
+    return sorted(str(path) for path in Path(folder).iterdir() if path.is_file())
+
 
 setup(
     name=PACKAGE,
@@ -18,8 +24,9 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/config', glob('config/*')),
-        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
+        (f'share/{PACKAGE}/config', files('config')),
+        (f'share/{PACKAGE}/launch', files('launch')),
+        (f'share/{PACKAGE}/urdf', files('urdf')),
     ],
     python_requires='>=3.10',
     install_requires=[
@@ -47,7 +54,7 @@ setup(
             'scipy>=1.11,<2',
             'selenium>=4.15,<5',
             'types-PyYAML>=6,<7',
-        'types-tqdm>=4.60,<5',
+            'types-tqdm>=4.60,<5',
             'colcon-core>=0.15,<1',
             'colcon-ros>=0.5,<1',
             'matplotlib>=3.7,<4',

@@ -4,7 +4,6 @@ import os
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
-from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
@@ -17,13 +16,15 @@ from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
 
+from launch import LaunchDescription
+
 ARGUMENTS = {
     'scenario': (
         'vertical_sweep',
         'name of a scenario in the package, or path of a ROS parameter file',
     ),
     'mode': ('', 'lockstep or real_time; empty: what the scenario says'),
-    'folder': ('', 'folder of the run; empty: runs/<time>_<scenario>_<id> below the working folder'),
+    'folder': ('', 'folder of the run; empty: runs/<time>_<scenario>_<id> in the current folder'),
     'namespace': ('', 'namespace of all nodes and topics'),
     'autostart': ('true', 'false leaves configure and activate to a lifecycle manager'),
     'log_level': ('info', 'debug, info, warn, error'),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +51,7 @@ class ExciterStage:
         """Ramp down from here over the ramp of the run; `samples` shrinks to where that ends."""
         if self._stop_at is None:
             self._stop_at = self.given * self._step_ns / NS
-            ramp_samples = round(self.drive.ramp * NS / self._step_ns) + 1
+            ramp_samples = math.ceil(self.drive.ramp * NS / self._step_ns) + 1
             self.samples = min(self.samples, self.given + ramp_samples)
 
 

@@ -45,8 +45,8 @@ def execute(options: argparse.Namespace) -> int:
     run_id = uuid.uuid4().hex[:8]
     folder = options.out or runfolder.new_folder(options.scenario, run_id)
     runfolder.refuse_occupied(folder)
-    sheet = _sheet(spec, options.scenario, run_id)
-    recorder = None if options.no_bag else _Recorder(folder, spec, sheet)
+    sheet = sheet_of(spec, options.scenario, run_id)
+    recorder = None if options.no_bag else Recorder(folder, spec, sheet)
     progress = bar(sheet.samples * sheet.step_ns / NS, 's', 'run')
     try:
         result = rig.run(
@@ -83,7 +83,7 @@ def execute(options: argparse.Namespace) -> int:
     return present(options, document, result.estimate, spec, folder)
 
 
-def _sheet(spec: RunSpec, name: str, run_id: str) -> RunSheet:
+def sheet_of(spec: RunSpec, name: str, run_id: str) -> RunSheet:
     step_ns = scenario.step_ns_of(spec)
     return RunSheet(
         step_ns=step_ns,
@@ -98,7 +98,7 @@ def _sheet(spec: RunSpec, name: str, run_id: str) -> RunSheet:
     )
 
 
-class _Recorder:
+class Recorder:
     """Writes what the nodes would have published, on a thread: compression needs no interpreter."""
 
     def __init__(self, folder: Path, spec: RunSpec, sheet: RunSheet) -> None:

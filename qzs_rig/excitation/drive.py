@@ -64,8 +64,8 @@ class Drive:
 
     @property
     def samples(self) -> int:
-        """Samples of the whole run; sample k is at k * step_ns from the start."""
-        return math.floor(self.duration * NS / self.step_ns) + 1
+        """Samples of the whole run, the last at rest; sample k is at k * step_ns from the start."""
+        return math.ceil(self.duration * NS / self.step_ns) + 1
 
     def motion(self, first: int, last: int) -> Array:
         """Base motion at samples `first` to `last` (excluded) -> (n, 12): position, velocity and

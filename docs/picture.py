@@ -1,0 +1,20 @@
+"""The picture in the README: the default scenario, measured and predicted (`make docs-picture`)."""
+
+from pathlib import Path
+
+from qzs_rig import rig, scenario
+from qzs_rig.compare.cases import theory_of
+from qzs_rig.compare.picture import write_picture
+
+
+def main() -> None:
+    """Perform the default scenario in process and draw it beside this file."""
+    spec = scenario.load(scenario.DEFAULT)
+    path = Path(__file__).with_name('vertical_sweep.svg')
+    path.unlink(missing_ok=True)
+    write_picture(path, [('rig', rig.run(spec).estimate)], theory=theory_of(spec))
+    print(path)
+
+
+if __name__ == '__main__':
+    main()
