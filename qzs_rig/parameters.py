@@ -76,7 +76,7 @@ class Parameter:
             # YAML 1.1 reads 1e-3 as text, and users write integers for reals
             with contextlib.suppress(ValueError, OverflowError):
                 return float(value)
-        whole = isinstance(value, int | float) and math.isfinite(value) and int(value) == value
+        whole = isinstance(value, int) or (isinstance(value, float) and value.is_integer())
         if self.kind is int and whole and not isinstance(value, bool):
             return int(value)
         raise InputError(f'{self.name} = {value!r} has the wrong type; give {self._wanted()}')
@@ -187,12 +187,16 @@ def read_yaml(path: Path) -> dict[str, Any]:
     import yaml
 
     try:
-        document = yaml.safe_load(path.read_text(encoding='utf-8'))
+        loader = yaml.SafeLoader(path.read_text(encoding='utf-8'))
+        root = loader.get_single_node()
+        document = loader.construct_document(root) if root else None
     except OSError as error:
         raise InputError(f'scenario {path} cannot be read: {error.strerror}') from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: no UTF-8, or a date like 2001-99-99
         first_line = str(error).splitlines()[0]
         raise InputError(f'scenario {path} is not YAML: {first_line}') from error
+    for key, line in _repeated_keys(root) if root else ():
+        raise InputError(f'scenario {path}, line {line}: {key!r} is given twice; keep one')
     flat: dict[str, Any] = {}
     for node, body in _nodes(document, path):
         if not isinstance(body, dict) or set(body) != {'ros__parameters'}:
@@ -215,7 +219,7 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         raise InputError(f'--set {text!r} is not an assignment; write --set platform.k1=20000')
     try:
         return name.strip(), yaml.safe_load(value)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError) as error:
         raise InputError(f'--set {text!r}: the value is not YAML') from error
 
 
@@ -242,6 +246,16 @@ def _synonyms(name: str, declared: Iterable[Parameter]) -> set[str]:
         if name in parameter.replaces:
             same.add(parameter.name)
     return same
+
+
+def _repeated_keys(node: Any) -> Iterator[tuple[str, int]]:
+    """Keys that a map of a YAML document repeats, with their line: YAML would take the last."""
+    seen: set[str] = set()
+    for key, value in node.value if node.id == 'mapping' else ():
+        if str(key.value) in seen:
+            yield str(key.value), key.start_mark.line + 1
+        seen.add(str(key.value))
+        yield from _repeated_keys(value)
 
 
 def _nodes(document: Any, path: Path) -> list[tuple[str, Any]]:

@@ -63,7 +63,7 @@ def of(given: Mapping[str, Any]) -> RunSpec:
 def find(scenario: str) -> Path:
     """Path of a scenario; raises InputError listing the known ones."""
     path = Path(scenario)
-    if path.suffix in {'.yaml', '.yml'} or path.exists():
+    if path.suffix in {'.yaml', '.yml'} or path.is_file():
         if path.is_file():
             return path
         raise InputError(f'scenario {scenario} is not there; known by name: {", ".join(names())}')

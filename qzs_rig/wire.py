@@ -111,7 +111,7 @@ def stack(messages: Sequence[bytes]) -> Bytes | None:
     length = len(messages[0])
     if any(len(message) != length for message in messages):
         return None
-    return np.frombuffer(b''.join(messages), np.uint8).reshape(-1, length)
+    return np.frombuffer(b''.join(messages), np.uint8).reshape(len(messages), length)
 
 
 def _decode_imu_rows(rows: Bytes) -> ImuBatch:
@@ -185,10 +185,11 @@ def encode_motions(starts_ns: Stamps, step_ns: int, data: Array) -> Bytes:
     points['position'], points['velocity'] = data[..., :4], data[..., 4:8]
     points['acceleration'] = data[..., 8:]
     points['n_v'] = points['n_a'] = points['n_p'] = len(DOFS)
-    points['n_p'][:, -1:] = 0
     due = np.arange(n, dtype=np.int64) * step_ns
     points['sec'], points['ns'] = due // NS, due % NS
-    rows = np.concatenate([np.tile(head, (m, 1)), points.view(np.uint8).reshape(m, -1)], axis=1)
+    # no length follows the last point; strict readers refuse trailing bytes
+    body = points.view(np.uint8).reshape(m, n * _POINT.itemsize)[:, :-4]
+    rows = np.concatenate([np.tile(head, (m, 1)), body], axis=1)
     stamps = np.stack([starts_ns // NS, starts_ns % NS], axis=1)
     rows[:, 4:12] = stamps.astype('<i4').view(np.uint8)
     return rows

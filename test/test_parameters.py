@@ -165,16 +165,13 @@ def test_each_bound_is_kept(parameter):
         ('platform.k11', "did you mean 'platform.k1'", 'platform.L20'),
         ('excitation.kinds', "did you mean 'excitation.kind'", 'excitation.ramp'),
         ('analyser.estimator', "did you mean 'analyzer.estimator'", r'analyzer\.\*'),
-        ('rate', 'known: ', r'run\.\*'),
-        ('platform', 'known: ', r'platform\.\*'),
+        ('rate', 'known', r'run\.\*'),
+        ('platform', "did you mean 'platform.m'", r'platform\.L20'),
     ],
 )
 def test_a_misspelt_key_names_the_nearest_and_lists_the_known(name, hint, listed):
-    with pytest.raises(InputError, match=rf'unknown parameter {name!r}.*{hint}.*{listed}|{listed}'):
+    with pytest.raises(InputError, match=rf'unknown parameter {name!r}.*{hint}.*{listed}'):
         scenario.of({name: 1.0})
-    with pytest.raises(InputError) as caught:
-        scenario.of({name: 1.0})
-    assert hint in str(caught.value)
 
 
 def test_a_spec_is_complete_and_leaves_out_what_nobody_set():
@@ -251,6 +248,7 @@ def ros(body):
         ('/**: {ros__parameters: 3}', 'ros__parameters must map names to values'),
         ('/**: {ros__parameters: [1]}', 'ros__parameters must map names to values'),
         ('a: b: c', 'is not YAML: mapping values'),
+        (ros('    run.rate: 2001-99-99\n'), 'is not YAML: month must be in'),
         ('/**: !!python/object:os.system {}', 'is not YAML'),
         (
             ros('    run.rate: 1.0\n    run: {rate: 2.0}\n'),
@@ -292,8 +290,8 @@ def test_nested_and_dotted_keys_and_several_nodes_read_the_same(tmp_path):
 
 
 def test_a_file_may_merge_its_own_anchors(tmp_path):
-    text = ros('    platform: &p {k1: 1.0}\n    run: {rate: 5.0}\n')
-    assert read_yaml(write(tmp_path, text)) == {'platform.k1': 1.0, 'run.rate': 5.0}
+    text = 'a: {ros__parameters: &p {run.rate: 5.0}}\nb: {ros__parameters: {<<: *p, run.seed: 1}}'
+    assert read_yaml(write(tmp_path, text)) == {'run.rate': 5.0, 'run.seed': 1}
 
 
 def a_value(parameter):
@@ -351,6 +349,7 @@ def test_what_is_no_assignment_is_refused(text):
         parse_assignment(text)
 
 
-def test_an_assignment_of_what_is_not_yaml_is_refused():
-    with pytest.raises(InputError, match=r"--set 'run.rate=\[1': the value is not YAML"):
-        parse_assignment('run.rate=[1')
+@pytest.mark.parametrize('value', ['[1', '2001-99-99', '@'])
+def test_an_assignment_of_what_is_not_yaml_is_refused(value):
+    with pytest.raises(InputError, match=r"--set 'run\.rate=.*': the value is not YAML"):
+        parse_assignment(f'run.rate={value}')

@@ -15,8 +15,8 @@ START = 1_700_000_000_000_000_001
 
 
 def history(n=10, start=START, step=3_333_333, channels=CHANNELS):
-    data = np.arange(n * len(channels), dtype=float).reshape(n, -1)
-    return TimeHistory(start, step, channels, data.reshape(n, len(channels)))
+    data = np.arange(n * len(channels), dtype=float).reshape(n, len(channels))
+    return TimeHistory(start, step, channels, data)
 
 
 def test_stamps_are_exact_integers():

@@ -63,7 +63,7 @@ class Analyzer(Follower):
             self.subscribe(wire.BASE_MOTION, self._take_motion)
 
     def endpoints(self, sheet: RunSheet) -> list[str]:
-        return [f'from {name}' for name in self._names]
+        return [f'a publisher of {name}' for name in self._names]
 
     # --- a run
 
@@ -244,7 +244,7 @@ class Analyzer(Follower):
                 if topic.name not in self._live:
                     self._live[topic.name] = self.publisher(topic)
                 self._live[topic.name].publish(wire.encode_float(value))
-        watched = self.matched.get(f'to {wire.ESTIMATE.name}')
+        watched = self.matched.get(f'a subscriber of {wire.ESTIMATE.name}')
         if watched and time.monotonic() - self._estimated_at > ESTIMATE_S:
             self._estimated_at = time.monotonic()
             self._estimate.publish(wire.encode_json(stage.preview().to_document()))

@@ -34,7 +34,7 @@ class Exciter(Lead):
         )
 
     def endpoints(self) -> list[str]:
-        return ['to base/motion'] if self.peers else []
+        return ['a subscriber of base/motion'] if self.peers else []
 
     def arm(self, start_ns: int) -> int:
         self._stage = ExciterStage(self.spec, start_ns, self._step_ns)

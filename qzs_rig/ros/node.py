@@ -136,7 +136,7 @@ class RigNode(LifecycleNode):
             topic.name,
             profile or qos.reliable(topic),
             event_callbacks=PublisherEventCallbacks(
-                matched=self._counter(f'to {topic.name}'),
+                matched=self._counter(f'a subscriber of {topic.name}'),
                 incompatible_qos=self._misfit(topic.name),
             ),
         )
@@ -153,7 +153,7 @@ class RigNode(LifecycleNode):
 
         A `bare` callback is called as it is, thousands of times a second, and must not raise.
         """
-        label = f'from {topic.name}'
+        label = f'a publisher of {topic.name}'
 
         def liveliness(info: Any) -> None:
             if info.alive_count == 0 and (info.alive_count_change or info.not_alive_count_change):
@@ -176,7 +176,7 @@ class RigNode(LifecycleNode):
         )
 
     def unmatched(self, labels: Iterable[str]) -> list[str]:
-        """Those of 'to TOPIC' and 'from TOPIC' that nobody is at the other end of."""
+        """Those of "a subscriber of TOPIC" and "a publisher of TOPIC" that are still missing."""
         return [label for label in labels if not self.matched.get(label)]
 
     def _counter(self, label: str) -> Callable[[Any], None]:

@@ -37,8 +37,12 @@ class Platform(Follower):
         self.subscribe(wire.BASE_MOTION, self._push)
 
     def endpoints(self, sheet: RunSheet) -> list[str]:
-        outputs = ['to base/imu', 'to top/imu'] if 'analyzer' in sheet.peers else []
-        return ['from base/motion', *outputs]
+        outputs = (
+            ['a subscriber of base/imu', 'a subscriber of top/imu']
+            if 'analyzer' in sheet.peers
+            else []
+        )
+        return ['a publisher of base/motion', *outputs]
 
     def armed(self, sheet: RunSheet) -> None:
         seeded = {'run.seed': sheet.spec.get('run.seed', 0)}

@@ -64,7 +64,7 @@ class Player(Lead):
         )
 
     def endpoints(self) -> list[str]:
-        return [f'to {name}' for name in self._names] if self.peers else []
+        return [f'a subscriber of {name}' for name in self._names] if self.peers else []
 
     def arm(self, start_ns: int) -> int:
         return self._sheet.start_ns  # original stamps
