@@ -64,5 +64,5 @@ def run(
         exciter.samples,
         (exciter.samples - 1) * step_ns / NS,
         time.perf_counter() - began,
-        tuple(platform.platform.cautions(driven)),
+        tuple(platform.cautions(driven)),
     )

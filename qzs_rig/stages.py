@@ -11,6 +11,9 @@ from qzs_rig.dof import DOFS, displacement_unit
 from qzs_rig.excitation.drive import Drive
 from qzs_rig.excitation.envelope import fade_out, shaped
 from qzs_rig.excitation.shaker import refuse_beyond_limits
+from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
+from qzs_rig.mechanics.geometric.integrator import CoupledIntegrator
+from qzs_rig.mechanics.geometric.modes import cautions
 from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
@@ -23,6 +26,12 @@ MOTION_CHANNELS = tuple(
     for quantity, per in (('position', ''), ('velocity', '/s'), ('acceleration', '/s²'))
     for dof in DOFS
 )
+SIX_CHANNELS = MOTION_CHANNELS + tuple(
+    Channel(f'{dof}.{quantity}', unit + per)
+    for quantity, per in (('position', ''), ('velocity', '/s'), ('acceleration', '/s²'))
+    for dof, unit in zip(SIX[4:], ('m', 'rad'), strict=True)
+)
+"""Motion of a coupled top plate: what follows the first twelve is y and the roll about x."""
 
 
 class ExciterStage:
@@ -56,7 +65,8 @@ class ExciterStage:
 
 
 class PlatformOutput(NamedTuple):
-    """Readings of both sensors (n, 6) and the top's motion (n, 12) for a chunk of base motion."""
+    """Readings of both sensors (n, 6) and the top's motion (n, 12), (n, 18) where it is
+    coupled, for a chunk of base motion."""
 
     base_imu: TimeHistory
     top_imu: TimeHistory
@@ -68,15 +78,24 @@ class PlatformStage:
 
     def __init__(self, spec: RunSpec, step_ns: int) -> None:
         self.platform = Platform.from_spec(spec)
-        self._integrator = Integrator(
-            self.platform,
-            step_ns / NS,
-            spec.count('platform.substeps'),
-            spec.text('platform.kernel'),
-        )
+        how = (step_ns / NS, spec.count('platform.substeps'), spec.text('platform.kernel'))
+        self._integrator: Integrator | CoupledIntegrator
+        self._cautions: list[str] = []
+        if self.platform.coupled:
+            geometry = Geometry.from_spec(spec)
+            self._cautions = cautions(geometry, 'platform.hinge' in spec)
+            self._integrator = CoupledIntegrator(geometry, *how)
+            self._top_channels = SIX_CHANNELS
+        else:
+            self._integrator = Integrator(self.platform, *how)
+            self._top_channels = MOTION_CHANNELS
         sensor, seed = SENSORS[spec.text('sensor.kind')], spec.count('run.seed')
         self._base_sensor = sensor(spec, step_ns, (seed, 0))
         self._top_sensor = sensor(spec, step_ns, (seed, 1))
+
+    def cautions(self, driven: tuple[bool, ...]) -> list[str]:
+        """What a user should know before trusting a run of the `driven` degrees of freedom."""
+        return self._cautions or self.platform.cautions(driven)
 
     @property
     def clipped(self) -> int:
@@ -89,7 +108,7 @@ class PlatformStage:
         return PlatformOutput(
             _like(base, self._base_sensor.read(specific_force_and_rate(base.data))),
             _like(base, self._top_sensor.read(specific_force_and_rate(top))),
-            TimeHistory(base.start_ns, base.step_ns, base.channels, top),
+            TimeHistory(base.start_ns, base.step_ns, self._top_channels, top),
         )
 
 

@@ -256,12 +256,13 @@ def _foreign_motion() -> InputError:
 
 
 def encode_joint_states(stamp_ns: int, base: Array, top: Array) -> bytes:
-    """sensor_msgs/JointState of the base, and of the top relative to it, from motion rows (12,)."""
+    """sensor_msgs/JointState of the base, and of the top relative to it, from motion rows (12,);
+    of a coupled top (18,) the four named degrees of freedom."""
     writer = CdrWriter()
     writer.time(stamp_ns)
     writer.string('')
     writer.strings(BASE_JOINTS + TOP_JOINTS)
-    relative = top - base
+    relative = top[:12] - base
     writer.f64s([*base[:4].tolist(), *relative[:4].tolist()])
     writer.f64s([*base[4:8].tolist(), *relative[4:8].tolist()])
     writer.f64s([])

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from qzs_rig import __version__
-from qzs_rig.cli import analyze, bag, compare, replay, rig, run, scenarios
+from qzs_rig.cli import analyze, bag, compare, modes, replay, rig, run, scenarios
 from qzs_rig.errors import RigError
 
-COMMANDS = (rig, run, analyze, replay, compare, bag, scenarios)
+COMMANDS = (rig, run, analyze, replay, compare, modes, bag, scenarios)
 
 EPILOG = """\
 start here:

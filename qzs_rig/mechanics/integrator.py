@@ -15,7 +15,8 @@ from qzs_rig.timehistory import Array
 
 
 class Integrator:
-    """Fourth-order Runge-Kutta from sample to sample, starting at rest on the base.
+    """Fourth-order Runge-Kutta from sample to sample, starting at rest on the base,
+    where the payload trims the platform.
 
     The base motion between samples is the cubic through position and velocity at both ends:
     linear interpolation would drop the method to order 2. Time steps are `step` / `substeps` s.
@@ -48,9 +49,7 @@ class Integrator:
         if self._base_end is None:
             top[0] = self._rest(base[0])
             self._base_end, first = base[0], 1
-        nodes = _hermite_nodes(
-            np.vstack([self._base_end, base[first:]]), self._step, self._substeps
-        )
+        nodes = hermite_nodes(np.vstack([self._base_end, base[first:]]), self._step, self._substeps)
         for dof in range(len(DOFS)):
             self._advance(dof, nodes, top[first:])
         self._base_end = base[-1]
@@ -60,12 +59,13 @@ class Integrator:
     def _rest(self, base: Array) -> Array:
         for dof, formula in enumerate(self._formulas):
             rate = self._platform.stiffness[dof] / self._platform.mass[dof]
-            # the top rides on the base; a law that does not vanish at 0 starts to slide at once
-            ddu = -rate * float(formula(tuple(self._platform.design), 0.0))
-            self._state.append((float(base[dof]), float(base[4 + dof]), ddu))
+            # the top rides on the base; a law that does not vanish there starts to slide at once
+            sag, load = self._platform.rest[dof], self._platform.load[dof]
+            ddu = -rate * (float(formula(tuple(self._platform.design), sag)) - load)
+            self._state.append((float(base[dof]) + sag, float(base[4 + dof]), ddu))
         return np.array([value[order] for order in range(3) for value in self._state])
 
-    def _advance(self, dof: int, nodes: _Nodes, top: Array) -> None:
+    def _advance(self, dof: int, nodes: Nodes, top: Array) -> None:
         columns = [dof, 4 + dof, 8 + dof]
         ends, mid = nodes.ends, nodes.mid
         if not any(self._state[dof]) and not ends[:, [dof, 4 + dof]].any():
@@ -86,6 +86,7 @@ class Integrator:
                 tuple(platform.design),
                 platform.damping[dof] / platform.mass[dof],
                 platform.stiffness[dof] / platform.mass[dof],
+                platform.load[dof],
                 self._step / self._substeps,
                 self._state[dof],
                 *lines,
@@ -112,14 +113,15 @@ class Integrator:
         )
 
 
-class _Nodes:
+class Nodes:
     """Base position and velocity (., 8) at the step ends and midpoints."""
 
     def __init__(self, ends: Array, mid: Array) -> None:
         self.ends, self.mid = ends, mid
 
 
-def _hermite_nodes(samples: Array, step: float, substeps: int) -> _Nodes:
+def hermite_nodes(samples: Array, step: float, substeps: int) -> Nodes:
+    """The cubic through base position and velocity (n, 8), at step ends and midpoints."""
     x0, x1, v0, v1 = samples[:-1, :4], samples[1:, :4], samples[:-1, 4:], samples[1:, 4:]
 
     def at(s: float) -> Array:
@@ -135,7 +137,7 @@ def _hermite_nodes(samples: Array, step: float, substeps: int) -> _Nodes:
     mid = np.stack([at((j + 0.5) / substeps) for j in range(substeps)], axis=1)
     inner = [at((j + 1.0) / substeps) for j in range(substeps - 1)]
     ends = np.stack([*inner, samples[1:]], axis=1).reshape(n * substeps, 8)
-    return _Nodes(np.vstack([samples[:1], ends]), mid.reshape(n * substeps, 8))
+    return Nodes(np.vstack([samples[:1], ends]), mid.reshape(n * substeps, 8))
 
 
 def _kernel(law: str, kernel: str) -> tuple[Any, tuple[Any, ...], bool]:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.trim import trimmed
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.gravity import GRAVITY
 
 
 def _positive(name: str, default: float | None, unit: str, text: str) -> Parameter:
@@ -89,6 +92,45 @@ PARAMETERS = (
         0.0,
         replaces=tuple(f'platform.C.{dof}' for dof in DOFS),
     ),
+    Parameter(
+        'platform.balanced_mass',
+        float,
+        None,
+        'kg',
+        'payload that rests at the working point; unset: m, no trim',
+        0.0,
+    ),
+    Parameter(
+        'platform.coupled',
+        bool,
+        True,
+        '',
+        'law geometric only: all six degrees of freedom coupled, or the four each by itself',
+    ),
+    Parameter(
+        'platform.L10',
+        float,
+        0.0,
+        'm',
+        'coupled only: natural length of the central spring, unstressed at the working point',
+        0.0,
+    ),
+    Parameter(
+        'platform.hinge',
+        float,
+        None,
+        'N m/rad',
+        'coupled only: rotational stiffness of all hinges; unset: twice what the suspension '
+        'springs turn the plate out with; 0: ideal ball joints, with which it falls over',
+        0.0,
+    ),
+    Parameter(
+        'platform.cm_height',
+        float,
+        0.0,
+        'm',
+        "coupled only: payload's centre of mass above the plate",
+    ),
     Parameter('platform.substeps', int, 1, '', 'integration steps a sample', 1, 1000),
     Parameter(
         'platform.kernel',
@@ -100,6 +142,8 @@ PARAMETERS = (
     ),
 )
 
+COUPLED_ONLY = ('platform.L10', 'platform.hinge', 'platform.cm_height')
+
 
 @dataclass(frozen=True)
 class Platform:
@@ -108,6 +152,8 @@ class Platform:
     All tuples are in the order of DOFS. `length` scales motion: w_hat = w / length, negative for
     `vertical` because the paper's x points down and the rig's z up; 1 for rotations. `stiffness`
     scales force, F(w) = stiffness length F_hat(w_hat): k1 for translations, k1 L20 L0 otherwise.
+    `excess` is the weight in N beyond what rests at the working point. `coupled`: this is only
+    the projection of mechanics.geometric, which moves instead.
     """
 
     law: RestoringLaw
@@ -116,6 +162,8 @@ class Platform:
     damping: tuple[float, ...]
     length: tuple[float, ...]
     stiffness: tuple[float, ...]
+    excess: float = 0.0
+    coupled: bool = False
 
     @classmethod
     def from_spec(cls, spec: RunSpec) -> Platform:
@@ -123,6 +171,9 @@ class Platform:
         k1, L20, m = (spec.number(f'platform.{name}') for name in ('k1', 'L20', 'm'))
         design = _design(spec, k1, L20)
         L0 = design.L0 * L20
+        law = spec.text('platform.law')
+        _refuse_uncoupled(spec, law)
+        balanced = spec.optional('platform.balanced_mass')
         inertia = {
             'I_vm': spec.optional('platform.I_vm') or m * L0**2 / 2.0,
             'I_hm': spec.optional('platform.I_hm') or m * L0**2 / 4.0,
@@ -130,13 +181,30 @@ class Platform:
         mass = (m, m, inertia['I_vm'], inertia['I_hm'])
         stiffness = (k1, k1, k1 * L20 * L0, k1 * L20 * L0)
         return cls(
-            law=RESTORING[spec.text('platform.law')],
+            law=RESTORING[law],
             design=design,
             mass=mass,
             damping=_damping(spec, mass, stiffness),
             length=(-L20, L20, 1.0, 1.0),
             stiffness=stiffness,
+            excess=(m - (m if balanced is None else balanced)) * GRAVITY,
+            coupled=law == 'geometric' and spec.flag('platform.coupled'),
         )
+
+    @property
+    def load(self) -> tuple[float, ...]:
+        """Excess weight as a nondimensional force on each degree of freedom."""
+        return (self.excess / (self.stiffness[0] * abs(self.length[0])), 0.0, 0.0, 0.0)
+
+    @cached_property
+    def rest(self) -> tuple[float, ...]:
+        """Nondimensional displacement from the working point at which the payload rests.
+
+        Raises InputError for a payload that the springs cannot hold.
+        """
+        if self.excess == 0.0:
+            return (0.0, 0.0, 0.0, 0.0)
+        return (trimmed(self.law, self.design, self.load[0]), 0.0, 0.0, 0.0)
 
     @property
     def omega0(self) -> tuple[float, ...]:
@@ -165,6 +233,17 @@ class Platform:
                 'use platform.law corrected'
             )
         return said
+
+
+def _refuse_uncoupled(spec: RunSpec, law: str) -> None:
+    if law != 'geometric' or spec.flag('platform.coupled'):
+        return
+    for name in COUPLED_ONLY:
+        if name in spec.given:
+            raise InputError(
+                f'{name} = {spec[name]:g} has no meaning for single degrees of freedom; leave it '
+                'out or set platform.coupled'
+            )
 
 
 def _design(spec: RunSpec, k1: float, L20: float) -> Design:

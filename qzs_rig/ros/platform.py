@@ -48,7 +48,7 @@ class Platform(Follower):
         seeded = {'run.seed': sheet.spec.get('run.seed', 0)}
         self._stage = PlatformStage(self.spec.override(seeded), sheet.step_ns)
         driven = tuple(bool(sheet.spec.get(f'excitation.amplitude.{dof}')) for dof in DOFS)
-        for caution in self._stage.platform.cautions(driven):
+        for caution in self._stage.cautions(driven):
             self.get_logger().warning(caution)
 
     def _push(self, raw: bytes) -> None:

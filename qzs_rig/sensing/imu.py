@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from qzs_rig.gravity import GRAVITY
 from qzs_rig.timehistory import Array, Channel
-
-GRAVITY = 9.80665
-"""Standard gravity in m/s² (CGPM 1901)."""
 
 IMU_CHANNELS = (
     *(Channel(f'angular_velocity.{axis}', 'rad/s') for axis in 'xyz'),
@@ -21,7 +19,8 @@ def specific_force_and_rate(motion: Array) -> Array:
 
     `motion` is position, velocity and acceleration of the four degrees of freedom. The plate is
     turned by yaw (vertical_rotation) about z, then pitch (horizontal_rotation) about its own y.
-    At rest and level the sensor reads +g on z.
+    At rest and level the sensor reads +g on z. A coupled plate's motion is (n, 18): then follow
+    y and the roll about the plate's own x, both with velocity and acceleration.
     """
     yaw, pitch = motion[:, 2], motion[:, 3]
     yaw_rate, pitch_rate = motion[:, 6], motion[:, 7]
@@ -29,14 +28,28 @@ def specific_force_and_rate(motion: Array) -> Array:
     sin_yaw, cos_yaw = np.sin(yaw), np.cos(yaw)
     sin_pitch, cos_pitch = np.sin(pitch), np.cos(pitch)
     ahead = cos_yaw * across
-    return np.stack(
+    aside = -sin_yaw * across
+    if motion.shape[1] == 18:
+        ahead, aside = ahead + sin_yaw * motion[:, 16], aside + cos_yaw * motion[:, 16]
+    reading: Array = np.stack(
         [
             -sin_pitch * yaw_rate,
             pitch_rate,
             cos_pitch * yaw_rate,
             cos_pitch * ahead - sin_pitch * up,
-            -sin_yaw * across,
+            aside,
             sin_pitch * ahead + cos_pitch * up,
         ],
         axis=1,
     )
+    return _rolled(reading, motion[:, 13], motion[:, 15]) if motion.shape[1] == 18 else reading
+
+
+def _rolled(reading: Array, roll: Array, roll_rate: Array) -> Array:
+    sine, cosine = np.sin(roll), np.cos(roll)
+    turned = reading.copy()
+    for y, z in ((1, 2), (4, 5)):
+        turned[:, y] = cosine * reading[:, y] + sine * reading[:, z]
+        turned[:, z] = cosine * reading[:, z] - sine * reading[:, y]
+    turned[:, 0] += roll_rate
+    return turned

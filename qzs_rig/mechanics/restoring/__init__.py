@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from qzs_rig.mechanics.restoring.closed_form import CLOSED_FORM
 from qzs_rig.mechanics.restoring.corrected import CORRECTED
+from qzs_rig.mechanics.restoring.geometric import GEOMETRIC
 from qzs_rig.mechanics.restoring.law import RestoringLaw
 from qzs_rig.mechanics.restoring.linear import LINEAR
 from qzs_rig.mechanics.restoring.symmetric import SYMMETRIC
 
 RESTORING: dict[str, RestoringLaw] = {
-    law.name: law for law in (CORRECTED, CLOSED_FORM, SYMMETRIC, LINEAR)
+    law.name: law for law in (CORRECTED, CLOSED_FORM, SYMMETRIC, LINEAR, GEOMETRIC)
 }

@@ -1,0 +1,4 @@
+"""Standard gravity."""
+
+GRAVITY = 9.80665
+"""In m/s² (CGPM 1901)."""

@@ -1,0 +1,1 @@
+"""The platform from first principles: six degrees of freedom, one energy (docs/geometric.md)."""

@@ -1,0 +1,85 @@
+"""Attitudes: yaw about z, then pitch about the turned y, then roll about the plate's x."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from qzs_rig.timehistory import Array
+
+
+def rotation(yaw: Any, pitch: Any, roll: Any) -> Any:
+    """Matrix (3, 3) whose columns are the plate's axes; real or complex."""
+    (sy, sp, sr), (cy, cp, cr) = np.sin([yaw, pitch, roll]), np.cos([yaw, pitch, roll])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def turning_axes(yaw: Any, pitch: Any) -> Any:
+    """Axes (3, 3), one a row, about which yaw, pitch and roll turn the plate; base frame."""
+    sy, cy, sp, cp = np.sin(yaw), np.cos(yaw), np.sin(pitch), np.cos(pitch)
+    return np.array([[0.0 * yaw, 0.0 * yaw, 1.0 + 0.0 * yaw], [-sy, cy, 0.0 * yaw],
+                     [cy * cp, sy * cp, -sp]])  # fmt: skip
+
+
+class Angles(NamedTuple):
+    """Yaw, pitch, roll (n, 3) in rad with their rates and accelerations."""
+
+    angle: Array
+    rate: Array
+    acceleration: Array
+
+
+def angles(attitude: Array, rate: Array, acceleration: Array) -> Angles:
+    """Angles of unit quaternions (n, 4), w first, with angular velocity and acceleration (n, 3) in
+    the plate's frame. Yaw and roll lie within +-pi; a pitch of +-pi/2 is a singularity."""
+    w, x, y, z = attitude.T
+    yaw = np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
+    pitch = np.arcsin(np.clip(2.0 * (w * y - x * z), -1.0, 1.0))
+    roll = np.arctan2(2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
+    sp, cp, sr, cr = np.sin(pitch), np.cos(pitch), np.sin(roll), np.cos(roll)
+    along, across = rate[:, 1] * cr - rate[:, 2] * sr, rate[:, 1] * sr + rate[:, 2] * cr
+    dyaw, dpitch = across / cp, along
+    droll = rate[:, 0] + sp * dyaw
+    ddpitch = acceleration[:, 1] * cr - acceleration[:, 2] * sr - droll * across
+    ddyaw = acceleration[:, 1] * sr + acceleration[:, 2] * cr + droll * along
+    ddyaw = (ddyaw + dyaw * sp * dpitch) / cp
+    ddroll = acceleration[:, 0] + cp * dpitch * dyaw + sp * ddyaw
+    return Angles(
+        np.stack([yaw, pitch, roll], axis=1),
+        np.stack([dyaw, dpitch, droll], axis=1),
+        np.stack([ddyaw, ddpitch, ddroll], axis=1),
+    )
+
+
+def axes_of(attitude: Array) -> tuple[Array, Array, Array]:
+    """The plate's x, y and z axis (n, 3) each, for unit quaternions (n, 4), w first."""
+    w, x, y, z = attitude.T
+    return (
+        _columns(1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)),
+        _columns(2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)),
+        _columns(2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+def quaternion(yaw: float, pitch: float, roll: float) -> Array:
+    """Unit quaternion (4,), w first, of an attitude."""
+    (sy, sp, sr), (cy, cp, cr) = (f(0.5 * np.array([yaw, pitch, roll])) for f in (np.sin, np.cos))
+    return np.array(
+        [
+            cy * cp * cr + sy * sp * sr,
+            cy * cp * sr - sy * sp * cr,
+            cy * sp * cr + sy * cp * sr,
+            sy * cp * cr - cy * sp * sr,
+        ]
+    )
+
+
+def _columns(x: Array, y: Array, z: Array) -> Array:
+    return np.stack([x, y, z], axis=1)

@@ -1,0 +1,196 @@
+"""First principles along one degree of freedom at a time, the others held at the working point:
+slopes of the coupled platform's energy (docs/geometric.md)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from qzs_rig.mechanics.design import Design
+from qzs_rig.mechanics.restoring.closed_form import Sqrt, vertical
+from qzs_rig.mechanics.restoring.law import Cubic, Formulas, RestoringLaw
+
+HINGE = 2.0
+"""Stiffness of the hinges where nobody sets it, over the torque a radian with which the compressed
+suspension springs turn the plate out of line."""
+
+DOMAIN = (math.inf, math.inf, math.pi, math.pi)
+"""|w| below which the formulas hold. Horizontally the plate meets a base anchor at |w| = a."""
+
+
+def overturning(design: Design) -> float:
+    """Torque over k1 L20² and angle with which the suspension springs turn the plate out of line
+    in yaw, half of it in pitch; positive as long as they are compressed."""
+    A, _, _, L0, a, _ = design
+    return float(A * (1.0 / a - 1.0) * L0 * (L0 + a))
+
+
+def _half_sine(theta: Any) -> Any:
+    """sin(theta/2) within +-pi by its power series, to rounding: plain arithmetic gives the same
+    bits in the interpreter, numpy and numba, whose own sines differ."""
+    y = 0.5 * theta
+    square = y * y
+    series = 1.0 - square / 600.0
+    series = 1.0 - square / 506.0 * series
+    series = 1.0 - square / 420.0 * series
+    series = 1.0 - square / 342.0 * series
+    series = 1.0 - square / 272.0 * series
+    series = 1.0 - square / 210.0 * series
+    series = 1.0 - square / 156.0 * series
+    series = 1.0 - square / 110.0 * series
+    series = 1.0 - square / 72.0 * series
+    series = 1.0 - square / 42.0 * series
+    series = 1.0 - square / 20.0 * series
+    series = 1.0 - square / 6.0 * series
+    return y * series
+
+
+def _horizontal(sqrt: Sqrt) -> Any:
+    """Two springs along the motion, linear together; two across it; the central one."""
+
+    def force(design: Any, x: Any) -> Any:
+        A, _, _, _, a, _ = design
+        return x * (1.0 + A - 0.5 * A / sqrt(a * a + x * x))
+
+    return force
+
+
+def _vertical_rotation(sqrt: Sqrt, half_sine: Any) -> Any:
+    """Four springs from radius L0 to R = L0 + a, and the hinges; the leaves stay level."""
+
+    def torque(design: Any, theta: Any) -> Any:
+        A, _, _, L0, a, _ = design
+        R = L0 + a
+        s = half_sine(theta)
+        sine, length = 2.0 * s * sqrt(1.0 - s * s), sqrt(a * a + 4.0 * L0 * R * s * s)
+        return sine * A * R * (1.0 - 1.0 / length + HINGE * (1.0 / a - 1.0))
+
+    return torque
+
+
+def _horizontal_rotation(sqrt: Sqrt, half_sine: Any) -> Any:
+    """The two arms that the plate dips, and the hinges; the other two arms lie on its axis."""
+
+    def torque(design: Any, theta: Any) -> Any:
+        A, k3, _, L0, a, _ = design
+        R = L0 + a
+        s = half_sine(theta)
+        sine, cosine = 2.0 * s * sqrt(1.0 - s * s), 1.0 - 2.0 * s * s
+        length, span = sqrt(a * a + 4.0 * L0 * R * s * s), R - L0 * cosine
+        leaf = 0.5 * k3 * a * a * L0 * (R * cosine - L0) / (length * span * span)
+        suspension = 0.5 * A * R * (1.0 - 1.0 / length)
+        return sine * (suspension + leaf + HINGE * A * R * (1.0 / a - 1.0))
+
+    return torque
+
+
+def bind(sqrt: Sqrt) -> Formulas:
+    """The four projections around a square root."""
+    return (
+        vertical(sqrt),
+        _horizontal(sqrt),
+        _vertical_rotation(sqrt, _half_sine),
+        _horizontal_rotation(sqrt, _half_sine),
+    )
+
+
+def _vertical_stiffness(design: Design, x: Any) -> Any:
+    A, k3, L1, _, a, _ = design
+    length = np.sqrt(x * x + a * a)
+    return 1.0 + A + (k3 * a * (a * a - x * L1) - A * a * a) / length**3
+
+
+def _vertical_potential(design: Design, x: Any) -> Any:
+    A, k3, L1, _, a, b = design
+    length = np.sqrt(x * x + a * a)
+    leaf = k3 * a * (length - a + L1 * np.arcsinh(x / a))
+    return 0.5 * (1.0 + A) * x * x - A * (length - a) + leaf - b * x
+
+
+def _horizontal_stiffness(design: Design, x: Any) -> Any:
+    A, _, _, _, a, _ = design
+    return 1.0 + A - 0.5 * A * a * a / np.sqrt(a * a + x * x) ** 3
+
+
+def _horizontal_potential(design: Design, x: Any) -> Any:
+    A, _, _, _, a, _ = design
+    return 0.5 * (1.0 + A) * x * x - 0.5 * A * (np.sqrt(a * a + x * x) - a)
+
+
+def _vertical_rotation_stiffness(design: Design, theta: Any) -> Any:
+    A, _, _, L0, a, _ = design
+    R = L0 + a
+    length = np.sqrt(a * a + 4.0 * L0 * R * np.sin(0.5 * theta) ** 2)
+    bracket = 1.0 - 1.0 / length + HINGE * (1.0 / a - 1.0)
+    return A * R * (np.cos(theta) * bracket + np.sin(theta) ** 2 * L0 * R / length**3)
+
+
+def _vertical_rotation_potential(design: Design, theta: Any) -> Any:
+    A, _, _, L0, a, _ = design
+    R = L0 + a
+    squared = np.sin(0.5 * theta) ** 2
+    length = np.sqrt(a * a + 4.0 * L0 * R * squared)
+    spring = 0.5 * A * ((length - 1.0) ** 2 - (1.0 - a) ** 2) / L0
+    return spring + 2.0 * HINGE * A * R * (1.0 / a - 1.0) * squared
+
+
+def _horizontal_rotation_stiffness(design: Design, theta: Any) -> Any:
+    A, k3, _, L0, a, _ = design
+    R, c, s2 = L0 + a, np.cos(theta), np.sin(theta) ** 2
+    length = np.sqrt(a * a + 4.0 * L0 * R * np.sin(0.5 * theta) ** 2)
+    span, lift = R - L0 * c, R * c - L0
+    slope = c * lift - s2 * (R + lift * (L0 * R / length**2 + 2.0 * L0 / span))
+    leaf = 0.5 * k3 * a * a * L0 * slope / (length * span * span)
+    spring = 0.5 * A * R * (c * (1.0 - 1.0 / length) + s2 * L0 * R / length**3)
+    return spring + leaf + c * HINGE * A * R * (1.0 / a - 1.0)
+
+
+def _horizontal_rotation_potential(design: Design, theta: Any) -> Any:
+    A, k3, _, L0, a, _ = design
+    R, squared = L0 + a, np.sin(0.5 * theta) ** 2
+    length = np.sqrt(a * a + 4.0 * L0 * R * squared)
+    spring = 0.25 * A * ((length - 1.0) ** 2 - (1.0 - a) ** 2) / L0
+    leaf = 0.5 * k3 * a * a * (length / (R - L0 * np.cos(theta)) - 1.0) / L0
+    return spring + leaf + 2.0 * HINGE * A * R * (1.0 / a - 1.0) * squared
+
+
+STIFFNESSES: Formulas = (
+    _vertical_stiffness,
+    _horizontal_stiffness,
+    _vertical_rotation_stiffness,
+    _horizontal_rotation_stiffness,
+)
+POTENTIALS: Formulas = (
+    _vertical_potential,
+    _horizontal_potential,
+    _vertical_rotation_potential,
+    _horizontal_rotation_potential,
+)
+
+
+def taylor(design: Design) -> tuple[tuple[float, float, float], ...]:
+    """(c1, c2, c3) of c1 w + c2 w² + c3 w³; the vertical's are those of Eq (8)."""
+    A, k3, _, L0, a, b = design
+    R, hinge = L0 + a, HINGE * A * (L0 + a) * (1.0 / a - 1.0)
+    yaw, stretch = A * R * (1.0 - 1.0 / a) + hinge, A * L0 * R * R / (2.0 * a**3)
+    pitch = 0.5 * (A * R * (1.0 - 1.0 / a) + k3 * L0) + hinge
+    leaf = -0.5 * k3 * L0 * (R / (2.0 * a) + L0 * R / (2.0 * a * a) + L0 / a)
+    return (
+        (1.0 + A - A / a + k3, -b / (2.0 * a * a), A / (2.0 * a**3) - k3 / (2.0 * a * a)),
+        (1.0 + A - 0.5 * A / a, 0.0, A / (4.0 * a**3)),
+        (yaw, 0.0, stretch - yaw / 6.0),
+        (pitch, 0.0, 0.5 * stretch + leaf - pitch / 6.0),
+    )
+
+
+def cubic(design: Design) -> Cubic:
+    """Odd Taylor terms."""
+    return tuple((c1, c3) for c1, _, c3 in taylor(design))
+
+
+GEOMETRIC = RestoringLaw(
+    'geometric', 'first principles, docs/geometric.md; vertical: Wang et al. 2022, Eq (8)', bind,
+    cubic,
+)  # fmt: skip
