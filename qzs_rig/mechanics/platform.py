@@ -8,12 +8,12 @@ from functools import cached_property
 
 from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
+from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import RestoringLaw
 from qzs_rig.mechanics.trim import trimmed
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.gravity import GRAVITY
 
 
 def _positive(name: str, default: float | None, unit: str, text: str) -> Parameter:

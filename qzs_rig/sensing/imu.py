@@ -42,12 +42,14 @@ def specific_force_and_rate(motion: Array) -> Array:
         ],
         axis=1,
     )
-    return _rolled(reading, motion[:, 13], motion[:, 15]) if motion.shape[1] == 18 else reading
+    if motion.shape[1] == 18:
+        return _rolled(reading, motion[:, 13], motion[:, 15])
+    return reading
 
 
 def _rolled(reading: Array, roll: Array, roll_rate: Array) -> Array:
     sine, cosine = np.sin(roll), np.cos(roll)
-    turned = reading.copy()
+    turned: Array = reading.copy()
     for y, z in ((1, 2), (4, 5)):
         turned[:, y] = cosine * reading[:, y] + sine * reading[:, z]
         turned[:, z] = cosine * reading[:, z] - sine * reading[:, y]

@@ -24,6 +24,7 @@ ODD = {
     'closed_form': ('vertical_rotation',),
     'symmetric': DOFS,
     'linear': DOFS,
+    'geometric': ('horizontal', 'vertical_rotation', 'horizontal_rotation'),
 }
 """Degrees of freedom in which a law pulls back alike on both sides (MODEL section 3)."""
 

@@ -62,9 +62,8 @@ def _downhill(curvature: Array, slope: Array) -> Array:
     values, vectors = np.linalg.eigh(0.5 * (curvature + curvature.T))
     along = vectors.T @ slope
     # at a quasi-zero stiffness the tangent has no say: at most a tenth of a length a step
-    return np.asarray(
-        -vectors @ (along / np.maximum(np.abs(values), np.maximum(1e-9, 10.0 * np.abs(along))))
-    )
+    least = np.maximum(1e-9, 10.0 * np.abs(along))
+    return np.asarray(-vectors @ (along / np.maximum(np.abs(values), least)))
 
 
 def _line_search(geometry: Geometry, pose: Array, move: Array, fall: float) -> float:

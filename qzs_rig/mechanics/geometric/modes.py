@@ -35,8 +35,9 @@ class Modes:
     """M q'' + K q = 0 about `rest`; rows, columns and shapes in the order of SIX, SI.
 
     `squares` (6,) are the squared angular frequencies, ascending, negative where the equilibrium
-    is unstable, 0 where it is neutral (quasi-zero stiffness). Column n of `shapes` is mode n, its largest share of kinetic energy positive and
-    M-normalised. `shares` (6, 6): the part of mode n's kinetic energy in each coordinate.
+    is unstable, 0 where it is neutral (quasi-zero stiffness). Column n of `shapes` is mode n,
+    M-normalised, its largest coordinate positive. `shares` (6, 6): column n is the part of mode
+    n's kinetic energy that goes with each coordinate.
     """
 
     rest: Equilibrium

@@ -27,24 +27,9 @@ def overturning(design: Design) -> float:
     return float(A * (1.0 / a - 1.0) * L0 * (L0 + a))
 
 
-def _half_sine(theta: Any) -> Any:
-    """sin(theta/2) within +-pi by its power series, to rounding: plain arithmetic gives the same
-    bits in the interpreter, numpy and numba, whose own sines differ."""
-    y = 0.5 * theta
-    square = y * y
-    series = 1.0 - square / 600.0
-    series = 1.0 - square / 506.0 * series
-    series = 1.0 - square / 420.0 * series
-    series = 1.0 - square / 342.0 * series
-    series = 1.0 - square / 272.0 * series
-    series = 1.0 - square / 210.0 * series
-    series = 1.0 - square / 156.0 * series
-    series = 1.0 - square / 110.0 * series
-    series = 1.0 - square / 72.0 * series
-    series = 1.0 - square / 42.0 * series
-    series = 1.0 - square / 20.0 * series
-    series = 1.0 - square / 6.0 * series
-    return y * series
+_HALF_SINE = tuple(1.0 / (2 * n * (2 * n + 1)) for n in range(12, 0, -1))
+"""Power series of sin(theta/2), innermost first: rounding is all it leaves within +-pi. Plain
+arithmetic gives the same bits in the interpreter, numpy and numba, whose own sines differ."""
 
 
 def _horizontal(sqrt: Sqrt) -> Any:
@@ -57,26 +42,32 @@ def _horizontal(sqrt: Sqrt) -> Any:
     return force
 
 
-def _vertical_rotation(sqrt: Sqrt, half_sine: Any) -> Any:
+def _vertical_rotation(sqrt: Sqrt) -> Any:
     """Four springs from radius L0 to R = L0 + a, and the hinges; the leaves stay level."""
 
     def torque(design: Any, theta: Any) -> Any:
         A, _, _, L0, a, _ = design
         R = L0 + a
-        s = half_sine(theta)
+        y, series = 0.5 * theta, 1.0
+        for part in _HALF_SINE:
+            series = 1.0 - part * (y * y) * series
+        s = y * series
         sine, length = 2.0 * s * sqrt(1.0 - s * s), sqrt(a * a + 4.0 * L0 * R * s * s)
         return sine * A * R * (1.0 - 1.0 / length + HINGE * (1.0 / a - 1.0))
 
     return torque
 
 
-def _horizontal_rotation(sqrt: Sqrt, half_sine: Any) -> Any:
+def _horizontal_rotation(sqrt: Sqrt) -> Any:
     """The two arms that the plate dips, and the hinges; the other two arms lie on its axis."""
 
     def torque(design: Any, theta: Any) -> Any:
         A, k3, _, L0, a, _ = design
         R = L0 + a
-        s = half_sine(theta)
+        y, series = 0.5 * theta, 1.0
+        for part in _HALF_SINE:
+            series = 1.0 - part * (y * y) * series
+        s = y * series
         sine, cosine = 2.0 * s * sqrt(1.0 - s * s), 1.0 - 2.0 * s * s
         length, span = sqrt(a * a + 4.0 * L0 * R * s * s), R - L0 * cosine
         leaf = 0.5 * k3 * a * a * L0 * (R * cosine - L0) / (length * span * span)
@@ -91,8 +82,8 @@ def bind(sqrt: Sqrt) -> Formulas:
     return (
         vertical(sqrt),
         _horizontal(sqrt),
-        _vertical_rotation(sqrt, _half_sine),
-        _horizontal_rotation(sqrt, _half_sine),
+        _vertical_rotation(sqrt),
+        _horizontal_rotation(sqrt),
     )
 
 
