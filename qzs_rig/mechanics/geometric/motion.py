@@ -126,11 +126,15 @@ def compiled() -> Function:
 
     Raises ImportError where numba is not installed.
     """
-    from numba import njit
+    from numba import float64, int64, njit, types
     from numba.extending import register_jitable
 
     # `march` finds these by name; compiled into it, they leave one function to keep on disk
     for function in (arm, wrench, rates, ahead, upright):
         register_jitable(function)
-    fast: Function = njit(cache=True, nogil=True, error_model='numpy')(march)
+    # numba's own types carry no annotations
+    pack: Any = types.UniTuple
+    constants, rows = pack(float64, 10), float64[:, ::1]
+    signature = int64(constants, constants, float64, pack(float64, STATE), *(rows,) * 4)
+    fast: Function = njit(signature, cache=True, nogil=True, error_model='numpy')(march)
     return fast
