@@ -54,7 +54,7 @@ def _side(x: float, y: float) -> str:
     parts.append(_text(x + 36, y - 16, 'suspension k2/4, length l', 'start', SPRING))
     parts.append(_text(x + 0.20 * r, y + down + 44, 'leaf k3/4 turns against', 'start', LEAF))
     parts.append(_text(x + 0.20 * r, y + down + 62, 'the inclination φ', 'start', LEAF))
-    parts.append(_text(x + l0 + 80, y + down - 10, 'φ', 'middle', LEAF))
+    parts.append(_text(x + l0 + 118, y + down - 8, 'φ', 'middle', LEAF))
     bottom = y + 245
     parts.append(_measure(x, x + l0, bottom, 'L0'))
     parts.append(_measure(x + l0, x + r, bottom, 'span h (a L20 on the axis)'))
