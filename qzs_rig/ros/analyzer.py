@@ -78,6 +78,7 @@ class Analyzer(Follower):
         self._recording = Recording(self._folder, *self._names)
         self._recording.sheet(sheet.start_ns, sheet)
         self._first_at = self._last_at = 0.0
+        self._shown = {}
         real_time = sheet.mode == 'real_time'
         step_s = (sheet.step_ns or 1) / NS
         self._batch = max(1, int(BATCH_S / step_s)) if real_time else sheet.chunk

@@ -16,15 +16,19 @@ class Exciter(Lead):
 
     role = 'exciter'
     sections = ('run', 'excitation', 'shaker')
-    tick_s = 0.02
+    tick_s = 0.005
 
     def open(self) -> None:
         super().open()
         self._motion = self.publisher(wire.BASE_MOTION)
+        self._get_stage()
+
+    def _get_stage(self) -> None:
         self._step_ns = step_ns_of(self.spec)
         self._stage = ExciterStage(self.spec, 0, self._step_ns)
 
     def prepare(self) -> RunSheet:
+        self._get_stage()
         return RunSheet(
             step_ns=self._step_ns,
             samples=self._stage.samples,

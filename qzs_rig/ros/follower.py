@@ -8,7 +8,7 @@ from functools import partial
 
 from qzs_rig import wire
 from qzs_rig.errors import PeerError, RigError
-from qzs_rig.ros import qos
+from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.lead import PEER_STATUS
 from qzs_rig.ros.node import RigNode
 from qzs_rig.runsheet import RunSheet, from_document
@@ -64,6 +64,15 @@ class Follower(RigNode):
     def begin(self) -> None:
         self.say()
 
+    def halt(self) -> None:
+        if self.busy:
+            self.message = f'{self.role} was deactivated by the operator'
+            self.say(wire.LEVEL['error'])  # ends the run for the others
+            self._end(self._aborted(self.message))
+        elif self.state == 'ready':
+            self.state = 'waiting'
+            self._get_ready()
+
     def tick(self) -> None:
         if self.state == 'waiting':
             self._get_ready()
@@ -76,6 +85,7 @@ class Follower(RigNode):
             return
         if sheet.state == 'waiting' and self.state in ('idle', 'waiting'):
             self.sheet, self.state = sheet, 'waiting'
+            self.spec = parameters.current(self, self.spec)
             self._get_ready()
         elif self.sheet is None or sheet.run_id != self.sheet.run_id:
             return  # a run that began without this node
@@ -91,6 +101,8 @@ class Follower(RigNode):
     def _get_ready(self) -> None:
         assert self.sheet is not None
         missing = self.unmatched(self.endpoints(self.sheet))
+        if not self.active:
+            missing = ['ros2 lifecycle set activate', *missing]
         self.message = f'waiting for {", ".join(missing)}' if missing else 'ready'
         if self.message != self._logged:
             self.get_logger().info(self.message)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import traceback
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -36,7 +37,7 @@ class RigNode(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(self.role, automatically_declare_parameters_from_overrides=True, **options)
-        self.busy = False
+        self.busy = self.active = False
         self.spec = parameters.declare(self, self.sections, self.own)
         parameters.guard(self, self.spec, lambda: self.busy)
         self.exit_code: int | None = None
@@ -45,6 +46,7 @@ class RigNode(LifecycleNode):
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.publisher(wire.DIAGNOSTICS)
         self.create_timer(1.0, self._diagnose, clock=self._steady)
+        self._lasting = self._held()
 
     # --- what a subclass fills in
 
@@ -58,7 +60,8 @@ class RigNode(LifecycleNode):
         """Stop working, softly."""
 
     def tick(self) -> None:
-        """Called every `tick_s` on a steady clock while active."""
+        """Called every `tick_s` on a steady clock from configure to cleanup: a run that is
+        deactivated has to ramp down."""
 
     def close(self) -> None:
         """Leave nothing half written; called once at the very end, whatever happened."""
@@ -71,24 +74,31 @@ class RigNode(LifecycleNode):
 
     def start(self) -> None:
         """Configure and activate by itself, unless a supervisor wants to (autostart false)."""
-        if self.spec.flag('autostart'):
-            self.trigger_configure()
+        if self.spec.flag('autostart') and self.trigger_configure() == SUCCESS:
             self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         return self._guarded(self._configure)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        if self.busy:
+            self.get_logger().error('the last run is still ramping down; activate again after it')
+            return FAILURE
+        self.active = True
         return self._guarded(self.begin)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.active = False
         return self._guarded(self.halt)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        return self._guarded(self.close)
+        if self.busy:
+            self.get_logger().error('the last run is still ramping down; clean up after it')
+            return FAILURE
+        return self._guarded(self._clean_up)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        self.finish(0)
+        self.operator_stop('shutdown')
         return SUCCESS
 
     def _configure(self) -> None:
@@ -96,11 +106,31 @@ class RigNode(LifecycleNode):
         self.open()
         self.create_timer(self.tick_s, self._tick, clock=self._steady)
 
+    def _clean_up(self) -> None:
+        self.close()
+        for endpoint, destroy in self._held().items():
+            if endpoint not in self._lasting:
+                destroy(endpoint)
+        self.matched.clear()
+
+    def _held(self) -> dict[Any, Callable[[Any], object]]:
+        return {
+            **dict.fromkeys(self.timers, self.destroy_timer),
+            **dict.fromkeys(self.subscriptions, self.destroy_subscription),
+            **dict.fromkeys(self.services, self.destroy_service),
+            **dict.fromkeys(self.publishers, self.destroy_publisher),
+        }
+
     def _tick(self) -> None:
         self.attempt(self.tick)
 
     def _guarded(self, work: Callable[[], None]) -> TransitionCallbackReturn:
-        return SUCCESS if self.attempt(work) else FAILURE
+        try:
+            return SUCCESS if self.attempt(work) else FAILURE
+        except Exception:
+            traceback.print_exc()  # rclpy would swallow it and leave a dead node
+            self.finish(1)
+            raise
 
     def attempt(self, work: Callable[[], object]) -> bool:
         """Do `work`; a foreseen failure is told to the peers and ends the node with its code."""

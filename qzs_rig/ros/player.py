@@ -46,7 +46,6 @@ class Player(Lead):
         self._names = [topic.name for topic in topics]
         start, step = self._sheet.start_ns, self._sheet.step_ns
         self._index = [(item.stamps_ns - start) // step for item in rows]
-        self._next = [0] * len(rows)
 
     def _topics(self, sheets: list[RunSheet]) -> list[Topic]:
         """What is replayed, under the names that the recorded analyzer listened to."""
@@ -67,6 +66,7 @@ class Player(Lead):
         return [f'a subscriber of {name}' for name in self._names] if self.peers else []
 
     def arm(self, start_ns: int) -> int:
+        self._next = [0] * len(self._outputs)
         return self._sheet.start_ns  # original stamps
 
     def feed(self, n: int) -> int:

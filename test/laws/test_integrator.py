@@ -262,7 +262,7 @@ def test_divergence_names_the_motion_and_the_last_good_sample(law, dof, kernel, 
 def test_a_base_that_is_not_finite_is_a_divergence(kernel):
     base = base_at(1e-3 * np.arange(20))
     base[10:, 0] = np.nan
-    with pytest.raises(DivergenceError, match='vertical left .* after sample 9 ') as caught:
+    with pytest.raises(DivergenceError, match=r'vertical left .* after sample 9 ') as caught:
         integrate(platform(), 1e-3, base, 3, kernel)
     assert caught.value.last_good_sample == 9
 
