@@ -45,7 +45,7 @@ class Player(Lead):
         ]
         self._names = [topic.name for topic in topics]
         start, step = self._sheet.start_ns, self._sheet.step_ns
-        self._index = [(item.stamps_ns - start) // step for item in rows]
+        self._at = [(item.stamps_ns - start) // step for item in rows]
 
     def _topics(self, sheets: list[RunSheet]) -> list[Topic]:
         """What is replayed, under the names that the recorded analyzer listened to."""
@@ -72,7 +72,7 @@ class Player(Lead):
     def feed(self, n: int) -> int:
         end = self.sent + n
         for place, (publisher, messages) in enumerate(self._outputs):
-            first, last = self._next[place], int(np.searchsorted(self._index[place], end))
+            first, last = self._next[place], int(np.searchsorted(self._at[place], end))
             for message in messages[first:last]:
                 publisher.publish(message)
             self._next[place] = last

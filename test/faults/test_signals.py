@@ -67,6 +67,7 @@ def closes(lab, command, scratch, number):
     assert family(lab.domain) == []
     assert list(scratch.iterdir()) == []
     assert 'Traceback' not in command.log
+    assert 'stop' in command.log
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -88,7 +89,7 @@ def test_in_the_middle(lab, number):
     assert (run['state'], run['reason']) == ('aborted', 'stopped by SIGINT')
     bag = info(lab.folder / 'out')
     assert bag.closed and bag.lossless and bag.run['state'] == 'aborted'
-    counts = {topic.name.lstrip('/'): topic.messages for topic in bag.topics}
+    counts = {topic.name.lstrip('/'): topic.count for topic in bag.topics}
     assert counts['base/imu'] == run['topics']['base/imu']['received'] > 0
     assert (lab.folder / 'out' / 'report.html').is_file()
 
