@@ -57,6 +57,7 @@ class Lead(RigNode):
             raise PeerError(f'peers names {unknown[0]!r}; known: {", ".join(PEER_STATUS)}')
         self.statuses: dict[str, Status] = {}
         self.state = 'configured'
+        self.sent = 0
         self._said = ''
         self._progress: tuple[str, int, int] = ('', 0, 0)
         self._progress_at = 0.0
@@ -101,6 +102,7 @@ class Lead(RigNode):
             run_id=run_id, scenario=self.spec.text('scenario'), peers=self.peers, state='waiting'
         )
         self.sent = 0
+        self.gone.clear()
         self._abort_reason = ''
         self.busy = True
         self._announce('waiting')
@@ -112,6 +114,8 @@ class Lead(RigNode):
             self._end('aborted', 'deactivated by the operator')
 
     def tick(self) -> None:
+        if self.gone and self.busy:
+            self._end('aborted', f'{" and ".join(self.gone)} died')
         step: Callable[[], None] | None = {
             'waiting': self._wait,
             'armed': self._wait_armed,
@@ -201,13 +205,15 @@ class Lead(RigNode):
         status = self.statuses.get(peer)
         return int(status.values.get('index', '0')) if status else 0
 
+    def parted(self) -> bool:
+        """Every peer that takes part has closed its files."""
+        sheet = getattr(self, 'sheet', None)
+        values = [status.values for status in self.statuses.values()] if sheet else []
+        mine = [each for each in values if sheet and each.get('run_id') == sheet.run_id]
+        return all(each.get('state') in ('done', 'failed') for each in mine)
+
     def _see_off(self) -> None:
-        left = [
-            p
-            for p in self.peers
-            if p in self.statuses and self.statuses[p].values.get('state') != 'done'
-        ]
-        if left and time.monotonic() < self._end_until:
+        if not self.parted() and time.monotonic() < self._end_until:
             return
         if self.spec.flag('exit_when_done'):
             self.finish(0 if self.sheet.state == 'finished' else 1)
@@ -222,7 +228,7 @@ class Lead(RigNode):
         if not self._ours(status):
             return
         if status.level == wire.LEVEL['error'] and self.busy:
-            self._end('aborted', f'{peer}: {status.message}')
+            self._end('aborted', f'{peer}: {status.message.removeprefix("aborted: ")}')
         elif self.state in ('waiting', 'armed', 'draining', 'ended') or (
             self.state == 'running' and self.sheet.mode == 'lockstep'
         ):
@@ -235,7 +241,7 @@ class Lead(RigNode):
         gone = self.statuses.pop(peer, None)
         if self.state in ('armed', 'running', 'draining') and gone is not None:
             self.get_logger().error(f'{peer} died or was cut off; the run ends')
-            self._end('aborted', f'{peer} died')
+            self.gone.append(peer)  # `tick` acts on it: a second one may be news of the same moment
 
     def _ramp_down(self, why: str) -> None:
         self._abort_reason = why
@@ -267,8 +273,11 @@ class Lead(RigNode):
         self._announce(state)
         self.state = 'ended'
         self._end_until = time.monotonic() + SEE_OFF_S
-        log = self.get_logger().info if state == 'finished' else self.get_logger().error
-        log(f'run {self.sheet.run_id} {state}' + (f': {reason}' if reason else ''))
+        # two calls: rclpy refuses one call that changes its severity
+        if state == 'finished':
+            self.get_logger().info(f'run {self.sheet.run_id} finished')
+        else:
+            self.get_logger().error(f'run {self.sheet.run_id} aborted: {reason}')
 
     def _announce(self, state: str) -> None:
         self.state = state

@@ -43,6 +43,7 @@ class RigNode(LifecycleNode):
         self.exit_code: int | None = None
         self.wake: Callable[[], None] = lambda: None
         self.matched: dict[str, int] = {}
+        self.gone: list[str] = []  # peers that died in a run, in the order of the news
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.publisher(wire.DIAGNOSTICS)
         self.create_timer(1.0, self._diagnose, clock=self._steady)
@@ -65,6 +66,10 @@ class RigNode(LifecycleNode):
 
     def close(self) -> None:
         """Leave nothing half written; called once at the very end, whatever happened."""
+
+    def parted(self) -> bool:
+        """The peers have heard how this node ended."""
+        return True
 
     def status(self) -> wire.Status:
         """The node's state for /diagnostics."""

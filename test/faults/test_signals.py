@@ -8,8 +8,9 @@ import signal
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
-from ros_support import SHORT, given, kept, wait_until
+from ros_support import SHORT, given, kept, read, wait_until
 
 from qzs_rig.bag import info
 
@@ -59,6 +60,16 @@ def recorded(lab, size=20_000):
     wait_until(grown, 'a bag that grows')
 
 
+def whole(bag):
+    """Both sensors without a gap from the first sample; one may end before the other, by no more
+    than what may be under way when a run is cut short."""
+    sheets, _, imus = read(bag)
+    for imu in imus:
+        grid = sheets[-1].start_ns + np.arange(len(imu.stamps_ns)) * sheets[-1].step_ns
+        assert len(grid) > 0 and (imu.stamps_ns == grid).all()
+    assert abs(len(imus[0].stamps_ns) - len(imus[1].stamps_ns)) <= 160
+
+
 def closes(lab, command, scratch, number):
     since = command.signal(number)
     assert command.code() == 1, command.log
@@ -88,7 +99,8 @@ def test_in_the_middle(lab, number):
     assert json.loads(command.out) == run
     assert (run['state'], run['reason']) == ('aborted', 'stopped by SIGINT')
     bag = info(lab.folder / 'out')
-    assert bag.closed and bag.lossless and bag.run['state'] == 'aborted'
+    assert bag.closed and not bag.damage and bag.run['state'] == 'aborted'
+    whole(lab.folder / 'out')
     counts = {topic.name.lstrip('/'): topic.count for topic in bag.topics}
     assert counts['base/imu'] == run['topics']['base/imu']['received'] > 0
     assert (lab.folder / 'out' / 'report.html').is_file()
@@ -105,7 +117,7 @@ def test_near_the_end(lab):
     assert family(lab.domain) == [] and list(scratch.iterdir()) == []
     run, _ = kept(lab.folder / 'out')
     assert code == (0 if run['state'] == 'finished' else 1)
-    assert info(lab.folder / 'out').lossless
+    whole(lab.folder / 'out')
 
 
 def test_twice_in_a_row(lab):
@@ -134,4 +146,4 @@ def test_one_node_is_stopped(lab, role):
     assert codes.pop(role) == 0 and set(codes.values()) == {1}
     run, _ = kept(lab.folder / 'out')
     assert run['state'] == 'aborted' and 'stopped by SIGTERM' in run['reason']
-    assert info(lab.folder / 'out').lossless
+    whole(lab.folder / 'out')
