@@ -61,7 +61,7 @@ class Lead(RigNode):
         self._said = ''
         self._progress: tuple[str, int, int] = ('', 0, 0)
         self._progress_at = 0.0
-        self._run = self.publisher(wire.RUN, qos.watched(wire.RUN))
+        self._run = self.publisher(wire.RUN, qos.latest(wire.RUN))
         for peer in self.peers:
             self.subscribe(
                 PEER_STATUS[peer],

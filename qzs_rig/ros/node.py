@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import time
 import traceback
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
@@ -21,6 +23,8 @@ from qzs_rig.ros import parameters, qos
 from qzs_rig.wire import Topic
 
 Callback = Callable[[Any], object]
+FLUSH_S = 0.2
+"""How long a node that ends waits for its last messages to arrive."""
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -161,6 +165,13 @@ class RigNode(LifecycleNode):
         if self.exit_code is None:
             self.exit_code = code
             self.wake()
+
+    def flush(self) -> None:
+        """Wait until the others have the last messages: those of a destroyed publisher are lost."""
+        until = time.monotonic() + FLUSH_S
+        for publisher in self.publishers:
+            left_s = max(0.0, until - time.monotonic())
+            publisher.wait_for_all_acked(Duration(nanoseconds=int(left_s * 1e9)))
 
     # --- endpoints
 

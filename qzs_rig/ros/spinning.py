@@ -23,7 +23,7 @@ from qzs_rig.errors import RigError
 from qzs_rig.ros.node import RigNode
 
 PART_S = 0.3
-"""How long a node that ends early waits for its peers to hear why: they must not take it for dead."""
+"""How long a node that ends early waits for its peers to hear why, lest they take it for dead."""
 SLICE_S = 0.1
 """How often Python looks at its signals while the executor sleeps in C++."""
 
@@ -47,6 +47,11 @@ def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
     finally:
         if node is not None:
             node.close()
+            if node.gone:
+                # killed peers leave shared memory locked: to take leave of them hangs or crashes
+                leave(node.exit_code or 0)
+            if rclpy.ok():
+                node.flush()
             node.destroy_node()
         # the lifecycle machine keeps the node alive past destroy_node; unless it is collected
         # before `leave`, its peers see a ghost of this node for 20 s

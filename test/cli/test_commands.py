@@ -122,7 +122,10 @@ REFUSED = {
     'occupied by a run': (('run', '--out', 'RUN'), 'nothing is overwritten'),
     'occupied by nodes': (('rig', '--out', 'RUN'), 'nothing is overwritten'),
     'occupied by an analysis': (('analyze', 'RUN', '--out', 'RUN'), 'nothing is overwritten'),
-    'occupied by a copy': (('bag', 'recover', 'RUN', '--out', 'RUN'), 'is not empty; choose a new one'),
+    'occupied by a copy': (
+        ('bag', 'recover', 'RUN', '--out', 'RUN'),
+        'is not empty; choose a new one',
+    ),
     'occupied page': (('compare', 'RUN', '--report', 'note.txt'), 'exists'),
 }
 

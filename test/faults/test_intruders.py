@@ -44,10 +44,12 @@ def test_incompatible_offer_is_named(lab):
 
 
 def test_a_second_analyzer_is_counted_honestly(lab):
-    """Two nodes that say they are the analyzer share one credit; what one of them misses is said."""
+    """Two nodes that call themselves analyzer share one credit; what one misses is said."""
     exciter = lab.node('exciter')
     first = lab.node('analyzer', folder=str(lab.folder / 'first'))
-    second = lab.node('analyzer', SHORT, ('-r', '__node:=second'), folder=str(lab.folder / 'second'))
+    second = lab.node(
+        'analyzer', SHORT, ('-r', '__node:=second'), folder=str(lab.folder / 'second')
+    )
     first.says('waiting')
     second.says('waiting')
     platform = lab.node('platform')
@@ -94,7 +96,9 @@ class FakeLead:
         self.stage = ExciterStage(SPEC, START_NS, STEP_NS)
 
     def say(self, state):
-        self.ears.publish['rig/run'].publish(wire.encode_json(self.sheet.of(state=state).to_document()))
+        self.ears.publish['rig/run'].publish(
+            wire.encode_json(self.sheet.of(state=state).to_document())
+        )
 
     def status(self):
         got = self.ears.got['platform/status']

@@ -54,6 +54,7 @@ def nodes_up(lab, count):
 
 def recorded(lab, size=20_000):
     """Wait until the bag has grown to `size` bytes on the disk."""
+
     def grown():
         return sum(f.stat().st_size for f in (lab.folder / 'out').glob('*.mcap')) > size
 

@@ -4,6 +4,7 @@ The base moves with a sine of fixed frequency; the top answers with the magnitud
 the command line: FREQUENCY MAGNITUDE PHASE_DEG SECONDS.
 """
 
+import contextlib
 import math
 import random
 import sys
@@ -50,7 +51,5 @@ def main():
     time.sleep(60.0)
 
 
-try:
+with contextlib.suppress(KeyboardInterrupt):
     main()
-except KeyboardInterrupt:
-    pass
