@@ -158,8 +158,10 @@ def test_nonlinear_motion_agrees_with_an_independent_solver(law, dof):
         atol=[1e-12 * s for s in scale],
     ).y.T
     top = integrate(rig, step, base_at(t))[::100]
-    # RK4: (omega h)^4 / 120 a radian, below 1e-9 at 38 rad/s and 0.5 ms, over 57 radians
-    assert np.abs(top[:, [dof, 4 + dof]] - reference).max() < 1e-7 * scale[1]
+    # RK4: (omega h)^4 / 120 a radian, below 1e-9 at 38 rad/s and 0.5 ms, over 57 radians, of a
+    # speed that is much higher where the plate falls into a false well
+    speed = max(scale[1], np.abs(reference[:, 1]).max())
+    assert np.abs(top[:, [dof, 4 + dof]] - reference).max() < 1e-7 * speed
 
 
 @every_law
