@@ -40,9 +40,7 @@ def main() -> None:
         for law in RESTORING.values()
     }
     cubic = rates['symmetric'][0]
-    print(
-        f'M points/s, {os.cpu_count()} cores |  force |  numpy | / numpy | times slower than symmetric'
-    )
+    print(f'M points/s, {os.cpu_count()} cores |  force |  numpy | / numpy | symmetric / it')
     for name, (fast, plain) in rates.items():
         print(f'{name:22} | {fast:6.0f} | {plain:6.0f} | {fast / plain:7.2f} | {cubic / fast:6.2f}')
 

@@ -222,6 +222,30 @@ def test_the_top_starts_riding_on_the_base():
     assert np.allclose(top[0, :8], base[0, :8], rtol=1e-15)
 
 
+@every_law
+@pytest.mark.parametrize('kernel', ['python', 'numba'])
+@pytest.mark.parametrize('trim', [-10.0, 10.0])
+def test_a_trimmed_platform_stays_where_it_rests(law, kernel, trim):
+    rig = platform(law, payload_trim=trim)
+    top = integrate(rig, 1e-3, np.zeros((500, 12)), kernel=kernel)
+    # the rest position is found to the last bits of terms of order 1
+    assert np.allclose(top[:, 0], rig.rest[0] * rig.length[0], rtol=0, atol=1e-13)
+    assert np.abs(top[:, 8]).max() < 1e-11
+
+
+def test_a_trimmed_platform_swings_about_its_rest_at_the_frequency_of_the_stiffness_there():
+    rig = platform('corrected', payload_trim=10.0, zeta=0.0)
+    step, n = 1e-3, 4000
+    base = np.zeros((n, 12))
+    base[1:, 0] = 1e-6  # a step of the base sets off a small swing
+    swing = integrate(rig, step, base)[1:, 0] - 1e-6 - rig.rest[0] * rig.length[0]
+    crossings = np.flatnonzero(np.diff(np.signbit(swing)))
+    half = np.diff(crossings).mean() * step
+    expected = rig.omega0[0] * math.sqrt(rig.cubic[0][0])
+    # each crossing is known to a step
+    assert math.pi / half == pytest.approx(expected, rel=2 / (crossings[-1] - crossings[0]))
+
+
 def test_no_samples_give_no_samples():
     integrator = Integrator(platform(), 1e-3, 1, 'python')
     assert integrator.push(np.empty((0, 12))).shape == (0, 12)
