@@ -42,7 +42,8 @@ def _plot(name: str, sheet: Sheet, panel: Panel) -> str:
     said = f'{panel.title}: {panel.y_label} over {panel.x_label}'
     own_key = '' if one_key(sheet) else f'<figcaption>{_key(panel.lines)}</figcaption>'
     return (
-        f'<div><h3>{escape(panel.title)}</h3><div class="plot" style="height:280px" role="img" aria-label="{escape(said)}" '
+        f'<div><h3>{escape(panel.title)}</h3>'
+        f'<div class="plot" style="height:280px" role="img" aria-label="{escape(said)}" '
         f'data-name="{name}" data-figure="data-{name}"></div>'
         f'<script type="application/json" id="data-{name}">{data}</script>{own_key}</div>'
     )
