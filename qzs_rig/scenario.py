@@ -52,7 +52,7 @@ def step_ns_of(spec: RunSpec) -> int:
 def load(scenario: str, assignments: Iterable[str] = ()) -> RunSpec:
     """The RunSpec of a scenario, by name in `config/` or by path, with `--set` words on top."""
     spec = RunSpec.of(PARAMETERS, read_yaml(find(scenario)))
-    return spec.override(_assigned(assignments))
+    return spec.override(assigned(assignments))
 
 
 def of(given: Mapping[str, Any]) -> RunSpec:
@@ -100,7 +100,8 @@ def config_folder() -> Path:
     )
 
 
-def _assigned(assignments: Iterable[str]) -> dict[str, Any]:
+def assigned(assignments: Iterable[str]) -> dict[str, Any]:
+    """`--set` words as parameter values; raises InputError for a word given twice."""
     values: dict[str, Any] = {}
     for text in assignments:
         name, value = parse_assignment(text)

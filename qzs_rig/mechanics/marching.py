@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring import RESTORING, bulk
 
 March = Callable[..., Any]
 
@@ -17,6 +17,7 @@ def march(
     design: Any,
     damping: float,
     stiffness: float,
+    load: float,
     h: float,
     state: Any,
     v: Any,
@@ -27,7 +28,7 @@ def march(
     du: Any,
     ddu: Any,
 ) -> int:
-    """Integrate u'' = -damping (u' - v') - stiffness force(u - v) in steps of h.
+    """Integrate u'' = -damping (u' - v') - stiffness (force(u - v) - load) in steps of h.
 
     `state` is (u, u', u'') at v[0]; base position and velocity stand at the n + 1 step ends
     (v, dv) and the n midpoints (v_mid, dv_mid). Fills u, du, ddu (n) at the step ends. Returns
@@ -38,15 +39,15 @@ def march(
     for j in range(len(v_mid)):
         vm, dvm = v_mid[j], dv_mid[j]
         y2 = y + half * k1
-        k2 = -damping * (y2 - dvm) - stiffness * force(design, x + half * y - vm)
+        k2 = -damping * (y2 - dvm) - stiffness * (force(design, x + half * y - vm) - load)
         y3 = y + half * k2
-        k3 = -damping * (y3 - dvm) - stiffness * force(design, x + half * y2 - vm)
+        k3 = -damping * (y3 - dvm) - stiffness * (force(design, x + half * y2 - vm) - load)
         y4 = y + h * k3
         end, dend = v[j + 1], dv[j + 1]
-        k4 = -damping * (y4 - dend) - stiffness * force(design, x + h * y3 - end)
+        k4 = -damping * (y4 - dend) - stiffness * (force(design, x + h * y3 - end) - load)
         x = x + h * (y + sixth * (k1 + k2 + k3))
         y = y + sixth * (k1 + 2.0 * (k2 + k3) + k4)
-        k1 = -damping * (y - dend) - stiffness * force(design, x - end)
+        k1 = -damping * (y - dend) - stiffness * (force(design, x - end) - load)
         # also false for NaN
         if not abs(k1) < 1e300:
             return j
@@ -72,17 +73,12 @@ def compiled(law: str) -> tuple[March, tuple[Any, ...]]:
     real, line = float64, float64[::1]
     # numba's own types carry no annotations
     pack: Any = types.UniTuple
-    formula = real(pack(real, 6), real)
     signature = int64(
-        types.FunctionType(formula),
+        types.FunctionType(bulk.formula_type()),
         pack(real, 6),
-        *(real, real, real),
+        *(real,) * 4,
         pack(real, 3),
         *(line,) * 7,
     )
     fast = njit(signature, cache=True, nogil=True)(march)
-    formulas = tuple(
-        njit(formula, cache=True, nogil=True, error_model='numpy')(plain)
-        for plain in RESTORING[law].bind(math.sqrt)
-    )
-    return fast, formulas
+    return fast, bulk.compiled(RESTORING[law].bind)

@@ -5,17 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.restoring.law import Cubic, RestoringLaw
+from qzs_rig.mechanics.statics import GRAVITY, equilibrium
 from qzs_rig.parameters import Parameter, RunSpec
 
 
 def _positive(name: str, default: float | None, unit: str, text: str) -> Parameter:
     return Parameter(f'platform.{name}', float, default, unit, text, 0.0, above=True)
 
+
+UNEVEN = ('closed_form', 'taylor', 'printed')
+"""Laws with the even horizontal term of erratum E4."""
 
 PARAMETERS = (
     Parameter(
@@ -37,7 +43,15 @@ PARAMETERS = (
     ),
     _positive('L20', 0.6, 'm', 'suspension spring (Table 1)'),
     _positive('L0', 0.06, 'm', 'radius of the top plate (Table 1)'),
-    _positive('m', 50.0, 'kg', 'payload (Table 1)'),
+    _positive('m', 50.0, 'kg', 'payload (Table 1), balanced at the working point'),
+    Parameter(
+        'platform.payload_trim',
+        float,
+        0.0,
+        'kg',
+        'payload put on top of m without rebalancing (negative: taken off): it moves with the '
+        'plate, and its weight shifts the rest position off the working point',
+    ),
     _positive('I_vm', None, 'kg m²', 'inertia about the vertical axis; unset: a disc, m L0²/2'),
     _positive('I_hm', None, 'kg m²', 'inertia about a horizontal axis; unset: a disc, m L0²/4'),
     *(
@@ -108,6 +122,7 @@ class Platform:
     All tuples are in the order of DOFS. `length` scales motion: w_hat = w / length, negative for
     `vertical` because the paper's x points down and the rig's z up; 1 for rotations. `stiffness`
     scales force, F(w) = stiffness length F_hat(w_hat): k1 for translations, k1 L20 L0 otherwise.
+    `load` is the unbalanced weight (over k1 L20), `rest` the w_hat at which the law holds it.
     """
 
     law: RestoringLaw
@@ -116,12 +131,16 @@ class Platform:
     damping: tuple[float, ...]
     length: tuple[float, ...]
     stiffness: tuple[float, ...]
+    load: tuple[float, ...] = (0.0,) * len(DOFS)
+    rest: tuple[float, ...] = (0.0,) * len(DOFS)
 
     @classmethod
     def from_spec(cls, spec: RunSpec) -> Platform:
         """The platform of a run; raises InputError for a geometry that cannot be built."""
-        k1, L20, m = (spec.number(f'platform.{name}') for name in ('k1', 'L20', 'm'))
-        design = _design(spec, k1, L20)
+        k1, L20 = (spec.number(f'platform.{name}') for name in ('k1', 'L20'))
+        design = platform_design(spec)
+        m, trim = _payload(spec)
+        law, load = RESTORING[spec.text('platform.law')], trim * GRAVITY / (k1 * L20)
         L0 = design.L0 * L20
         inertia = {
             'I_vm': spec.optional('platform.I_vm') or m * L0**2 / 2.0,
@@ -130,13 +149,27 @@ class Platform:
         mass = (m, m, inertia['I_vm'], inertia['I_hm'])
         stiffness = (k1, k1, k1 * L20 * L0, k1 * L20 * L0)
         return cls(
-            law=RESTORING[spec.text('platform.law')],
+            law=law,
             design=design,
             mass=mass,
             damping=_damping(spec, mass, stiffness),
             length=(-L20, L20, 1.0, 1.0),
             stiffness=stiffness,
+            load=(load, 0.0, 0.0, 0.0),
+            rest=(equilibrium(law, design, load), 0.0, 0.0, 0.0),
         )
+
+    @property
+    def cubic(self) -> Cubic:
+        """(c1, c3) of the law about the rest position of each degree of freedom."""
+        vertical, *others = self.law.cubic(self.design)
+        if self.rest[0]:
+            # Cauchy's integral, exact to rounding: the laws are analytic within a of the real axis
+            turn = 0.2 * self.design.a * np.exp(2j * np.pi * np.arange(64) / 64)
+            force = self.law.bind(np.sqrt)[0](self.design, self.rest[0] + turn)
+            c1, c3 = (float(np.mean(force / turn**order).real) for order in (1, 3))
+            vertical = (c1, c3)
+        return vertical, *others
 
     @property
     def omega0(self) -> tuple[float, ...]:
@@ -153,21 +186,29 @@ class Platform:
     def cautions(self, driven: tuple[bool, ...]) -> list[str]:
         """What a user should know before trusting a run of the `driven` degrees of freedom."""
         said = []
-        for dof, (c1, _), moves in zip(DOFS, self.law.cubic(self.design), driven, strict=True):
+        for dof, (c1, _), moves in zip(DOFS, self.cubic, driven, strict=True):
             if moves and c1 < 0.0 and self.law.name != 'linear':
                 said.append(
-                    f'{dof} has negative stiffness ({c1:.4g}) at the working point and will tip '
+                    f'{dof} has negative stiffness ({c1:.4g}) where it rests and will tip '
                     'over to a side; k3_hat >= A L0_hat and condition (16) avoid it'
                 )
-        if self.law.name == 'closed_form' and driven[DOFS.index('horizontal')]:
+        if self.law.name in UNEVEN and driven[DOFS.index('horizontal')]:
             said.append(
-                'closed_form slides into a false well horizontally (erratum E4); '
+                f'{self.law.name} slides into a false well horizontally (erratum E4); '
                 'use platform.law corrected'
+            )
+        if self.load[0]:
+            said.append(
+                f'payload_trim moves the rest position {1e3 * self.rest[0] * self.length[0]:+.4g} '
+                f'mm from the working point (z up); stiffness there {self.cubic[0][0]:.4g} k1'
             )
         return said
 
 
-def _design(spec: RunSpec, k1: float, L20: float) -> Design:
+def platform_design(spec: RunSpec) -> Design:
+    """The ratios of a run; raises InputError for springs that would not incline."""
+    k1, L20 = (spec.number(f'platform.{name}') for name in ('k1', 'L20'))
+
     def ratio(hat: str, si: str, scale: float) -> float:
         value = spec.optional(f'platform.{hat}')
         return spec.number(f'platform.{si}') / scale if value is None else value
@@ -184,6 +225,17 @@ def _design(spec: RunSpec, k1: float, L20: float) -> Design:
         L1=L1,
         L0=ratio('L0_hat', 'L0', L20),
     )
+
+
+def _payload(spec: RunSpec) -> tuple[float, float]:
+    """The mass that moves, and how much of it the springs do not balance."""
+    m, trim = spec.number('platform.m'), spec.number('platform.payload_trim')
+    if not m + trim > 0.0:
+        raise InputError(
+            f'platform.payload_trim = {trim:g} takes more than the payload of {m:g} kg; '
+            'keep platform.m + platform.payload_trim above 0'
+        )
+    return m + trim, trim
 
 
 def _damping(
