@@ -23,6 +23,7 @@ LAYERS = (
     {'analysis', 'recording'},
     {'rig', 'offline'},
     {'compare', 'ros'},
+    {'datasheet'},
     {'cli'},
 )
 """From the ground up. A module imports from the layers below its own, and from its own package."""
@@ -45,7 +46,7 @@ HOMES = {
     'mcap': {'bag'},
     'zstandard': {'bag'},
     'plotly': {'compare'},
-    'matplotlib': {'compare'},
+    'matplotlib': {'compare', 'datasheet'},
     'numba': {'mechanics'},
     'tqdm': {'cli'},
     'scipy': set(),
