@@ -6,17 +6,17 @@ from pathlib import Path
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import (
     DeclareLaunchArgument,
-    EmitEvent,
     OpaqueFunction,
     RegisterEventHandler,
     SetEnvironmentVariable,
+    Shutdown,
 )
 from launch.event_handlers import OnProcessExit
-from launch.events import Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
 
 from launch import LaunchDescription
+from qzs_rig import scenario
 
 ARGUMENTS = {
     'scenario': (
@@ -27,14 +27,23 @@ ARGUMENTS = {
     'folder': ('', 'folder of the run; empty: runs/<time>_<scenario>_<id> in the current folder'),
     'namespace': ('', 'namespace of all nodes and topics'),
     'autostart': ('true', 'false leaves configure and activate to a lifecycle manager'),
-    'log_level': ('info', 'debug, info, warn, error'),
+    'exit_when_done': ('true', 'false keeps the nodes for further runs'),
+    'log_level': ('info', 'of all nodes'),
+}
+CHOICES = {
+    'mode': ('', 'lockstep', 'real_time'),
+    'autostart': ('true', 'false'),
+    'exit_when_done': ('true', 'false'),
+    'log_level': ('debug', 'info', 'warn', 'error'),
 }
 
 
 def generate_launch_description():
     """The three nodes, loopback only unless the caller's environment says otherwise."""
     declared = [
-        DeclareLaunchArgument(name, default_value=default, description=text)
+        DeclareLaunchArgument(
+            name, default_value=default, description=text, choices=CHOICES.get(name)
+        )
         for name, (default, text) in ARGUMENTS.items()
     ]
     environment = [
@@ -47,13 +56,13 @@ def generate_launch_description():
 
 def _nodes(context):
     value = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    scenario = _scenario(value['scenario'])
-    common = {'autostart': value['autostart'] == 'true'}
+    file = str(scenario.find(value['scenario']))  # refuses what is not there, and lists what is
+    common = {name: value[name] == 'true' for name in ('autostart', 'exit_when_done')}
     mode = {'run.mode': value['mode']} if value['mode'] else {}
     own = {
         'analyzer': {'folder': value['folder']},
         'platform': {},
-        'exciter': {'scenario': Path(scenario).stem, **mode},
+        'exciter': {'scenario': Path(file).stem, **mode},
     }
     nodes = {
         role: LifecycleNode(
@@ -61,31 +70,31 @@ def _nodes(context):
             executable=role,
             name=role,
             namespace=value['namespace'],
-            parameters=[scenario, {**common, **parameters}],
+            parameters=[file, {**common, **parameters}],
             ros_arguments=['--log-level', value['log_level']],
             output='screen',
         )
         for role, parameters in own.items()
     }
-    # the exciter leads: when it ends, the run is over
-    over = RegisterEventHandler(
-        OnProcessExit(target_action=nodes['exciter'], on_exit=[EmitEvent(event=Shutdown())])
-    )
+    over = RegisterEventHandler(OnProcessExit(on_exit=_exited))
     return [*nodes.values(), over]
 
 
-def _scenario(name):
-    shipped = _share() / 'config' / f'{name}.yaml'
-    return str(shipped) if shipped.is_file() else name
+def _exited(event, context):
+    """The exciter leads: when it ends, the run is over. Nobody waits for a node that failed."""
+    if context.is_shutdown:
+        return None
+    name = event.process_name.rsplit('-', 1)[0]
+    if event.returncode:
+        # an exception is launch's only way to a non-zero exit code
+        raise RuntimeError(f'{name} ended with exit code {event.returncode}')
+    return Shutdown(reason='the run is over') if name == 'exciter' else None
 
 
 def _environment():
-    profiles = str(_share() / 'config' / 'fastdds.xml')
+    share = Path(get_package_share_directory('qzs_rig'))
+    profiles = str(share / 'config' / 'fastdds.xml')
     return {
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'FASTDDS_DEFAULT_PROFILES_FILE': profiles,
     }
-
-
-def _share():
-    return Path(get_package_share_directory('qzs_rig'))

@@ -101,7 +101,7 @@ def config_folder() -> Path:
 
 
 def assigned(assignments: Iterable[str]) -> dict[str, Any]:
-    """The values of `--set` words; raises InputError for one given twice."""
+    """`--set` words as parameter values; raises InputError for a word given twice."""
     values: dict[str, Any] = {}
     for text in assignments:
         name, value = parse_assignment(text)

@@ -95,7 +95,7 @@ class PlatformStage:
 
     def cautions(self, driven: tuple[bool, ...]) -> list[str]:
         """What a user should know before trusting a run of the `driven` degrees of freedom."""
-        return self._cautions or self.platform.cautions(driven)
+        return self._cautions + self.platform.cautions(driven)
 
     @property
     def clipped(self) -> int:

@@ -21,6 +21,7 @@ from rclpy.task import Future
 
 from qzs_rig import rig, scenario, wire
 from qzs_rig.bag import BagReader
+from qzs_rig.ros import qos
 from qzs_rig.ros.node import message_class
 from qzs_rig.runsheet import from_document
 
@@ -40,6 +41,8 @@ SHORT = {
 SAMPLES = 2001
 LONG = SHORT | {'excitation.duration': 600.0, 'run.mode': 'real_time'}
 """A run that lasts longer than any test."""
+
+WATCHED = (wire.RUN, wire.PLATFORM_STATUS, wire.ANALYZER_STATUS)
 
 _turns = itertools.count(os.getpid())
 
@@ -98,11 +101,11 @@ class Process:
             )  # fmt: skip
         self.pid = self._process.pid
         self.ended_at = None
-        threading.Thread(target=self._watch, daemon=True).start()
+        self._watcher = threading.Thread(target=self._watch, daemon=True)
+        self._watcher.start()
 
     def _watch(self):
-        # WNOWAIT leaves the exit code to whoever asks for it
-        os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOWAIT)
+        self._process.wait()
         self.ended_at = time.monotonic()
 
     @property
@@ -115,7 +118,7 @@ class Process:
 
     @property
     def running(self):
-        return self._process.poll() is None
+        return self.ended_at is None
 
     def says(self, text, patience_s=PATIENCE_S):
         """Wait until `text` is in the log."""
@@ -128,7 +131,7 @@ class Process:
     def code(self, patience_s=PATIENCE_S):
         """Exit code, waited for."""
         wait_until(
-            lambda: not self.running and self.ended_at is not None,
+            lambda: not self.running,
             lambda: f'{self.name} still runs; it said:\n{self.log}',
             patience_s,
         )
@@ -144,7 +147,7 @@ class Process:
         if self.running:
             self._process.send_signal(signal.SIGCONT)
             self._process.kill()
-        self._process.wait()
+        self._watcher.join()
 
 
 class Ears:
@@ -162,7 +165,9 @@ class Ears:
         self._clients = {name: self.node.create_client(kind, name) for name, kind in services}
         self.publish = {
             topic.name: self.node.create_publisher(
-                message_class(topic.type), topic.name, _profile(topic)
+                message_class(topic.type),
+                topic.name,
+                qos.watched(topic) if topic in WATCHED else _profile(topic),
             )
             for topic in publishers
         }

@@ -110,7 +110,9 @@ def test_values_become_the_declared_type(parameter, value, converted):
 )
 def test_a_wrong_type_is_refused(parameter, value):
     kind = parameter.kind.__name__
-    with pytest.raises(InputError, match=rf'{parameter.name} = .* has the wrong type; give a {kind}'):
+    with pytest.raises(
+        InputError, match=rf'{parameter.name} = .* has the wrong type; give a {kind}'
+    ):
         parameter.convert(value)
 
 
@@ -181,7 +183,7 @@ def test_a_spec_is_complete_and_leaves_out_what_nobody_set():
     assert 'platform.A' not in spec
     assert spec.optional('platform.A') is None
     assert len(spec) == len(list(spec)) == len(set(spec))
-    with pytest.raises(KeyError, match='platform.A'):
+    with pytest.raises(KeyError, match=r'platform\.A'):
         spec['platform.A']
     assert set(spec.sections('run', 'shaker')) == {
         name for name in spec if name.startswith(('run.', 'shaker.'))
@@ -198,11 +200,7 @@ def test_typed_reading():
 
 @pytest.mark.parametrize(
     ('one', 'other'),
-    [
-        (parameter.name, other)
-        for parameter in PARAMETERS
-        for other in parameter.replaces
-    ],
+    [(parameter.name, other) for parameter in PARAMETERS for other in parameter.replaces],
 )
 def test_synonyms_exclude_each_other_and_the_later_layer_wins(one, other):
     values = {one: 0.5, other: 0.25}
@@ -345,7 +343,9 @@ def test_an_assignment(text, name, value):
 
 @pytest.mark.parametrize('text', ['platform.k1', '', '=3', '  =3'])
 def test_what_is_no_assignment_is_refused(text):
-    with pytest.raises(InputError, match=r'--set .* is not an assignment; write --set platform\.k1'):
+    with pytest.raises(
+        InputError, match=r'--set .* is not an assignment; write --set platform\.k1'
+    ):
         parse_assignment(text)
 
 

@@ -95,5 +95,7 @@ def test_config_of_an_ament_install(installed, tmp_path, monkeypatch):
 
 
 def test_a_missing_config_folder_says_what_to_do(installed):
-    with pytest.raises(InputError, match=r'no config folder with vertical_sweep\.yaml .* reinstall'):
+    with pytest.raises(
+        InputError, match=r'no config folder with vertical_sweep\.yaml .* reinstall'
+    ):
         scenario.config_folder()

@@ -61,5 +61,7 @@ def test_data_must_fit_the_channels(shape):
 def test_an_index_is_recovered_from_its_stamp(index, step, data):
     assert index_of(START + index * step, START, step) == index
     off = data.draw(st.integers(1, step - 1))
-    with pytest.raises(GapError, match=rf'lies {off} ns off the {step} ns sample grid .* run\.rate'):
+    with pytest.raises(
+        GapError, match=rf'lies {off} ns off the {step} ns sample grid .* run\.rate'
+    ):
         index_of(START + index * step + off, START, step)

@@ -10,10 +10,22 @@ from collections.abc import Sequence
 from typing import Any
 
 from qzs_rig import __version__
-from qzs_rig.cli import analyze, bag, compare, modes, replay, rig, run, scenarios
+from qzs_rig.cli import (
+    analyze,
+    bag,
+    compare,
+    modes,
+    replay,
+    rig,
+    run,
+    scenarios,
+    springs,
+    statics,
+)
+from qzs_rig.cli.options import joined
 from qzs_rig.errors import RigError
 
-COMMANDS = (rig, run, analyze, replay, compare, modes, bag, scenarios)
+COMMANDS = (rig, run, analyze, replay, compare, bag, statics, springs, modes, scenarios)
 
 EPILOG = """\
 start here:
@@ -50,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def execute(arguments: Sequence[str] | None = None) -> int:
     """Exit code of one command; foreseen failures become one line on stderr."""
-    options = parser().parse_args(arguments)
+    options = parser().parse_args(joined(sys.argv[1:] if arguments is None else arguments))
     try:
         return int(options.execute(options))
     except RigError as error:

@@ -13,7 +13,8 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -68,8 +69,8 @@ class Nodes:
         """Start node `role` with parameters on top of the scenario."""
         words = [f'-p{name}:={_word(value)}' for name, value in parameters.items()]
         arguments = [word for text in words for word in (text[:2], text[2:])]
-        with self._log(role).open('wb') as log:
-            process = subprocess.Popen(
+        with self._log(role).open('wb') as log, undisturbed():
+            self._processes[role] = process = subprocess.Popen(
                 [
                     *(sys.executable, '-m', f'qzs_rig.ros.{role}', '--ros-args'),
                     *('--params-file', str(self._parameters), *arguments),
@@ -80,7 +81,6 @@ class Nodes:
                 env=self._env,
                 start_new_session=True,  # Ctrl-C reaches the nodes through `stop`, in order
             )
-        self._processes[role] = process
         threading.Thread(target=self._read, args=(process,), daemon=True).start()
 
     def progress(self, timeout: float) -> dict[str, Any] | None:
@@ -156,8 +156,9 @@ class Nodes:
 
     def close(self) -> None:
         """End what still runs and remove the scratch files."""
-        self.stop()
-        self._scratch.cleanup()
+        with undisturbed():
+            self.stop()
+            self._scratch.cleanup()
 
     def died(self, folder: Path) -> PeerError:
         """Why the run gave no estimate, and what can be done with a bag in `folder`."""
@@ -175,6 +176,24 @@ class Nodes:
         assert process.stdout is not None
         for line in process.stdout:
             self._lines.put(line)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """SIGINT and SIGTERM wait for the end of the block: an exception between the birth of a process
+    and its entry in the books would orphan it."""
+    came: list[int] = []
+    handlers = {
+        number: signal.signal(number, lambda number, _frame: came.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    if came:
+        raise KeyboardInterrupt
 
 
 def _word(value: Any) -> str:

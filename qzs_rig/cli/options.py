@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,17 @@ def as_json(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         '--json', action='store_true', help='print one JSON document on stdout, all else on stderr'
     )
+
+
+def joined(arguments: Sequence[str]) -> list[str]:
+    """`--at -0.1,0.2` as `--at=-0.1,0.2`: argparse would take the minus for an option."""
+    words: list[str] = []
+    for word in arguments:
+        if words and words[-1] == '--at':
+            words[-1] = f'--at={word}'
+        else:
+            words.append(word)
+    return words
 
 
 def show(options: argparse.Namespace, document: dict[str, Any], text: str) -> None:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from qzs_rig import runfolder
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.nodes import Nodes, environment, need_ros
 from qzs_rig.errors import InputError
@@ -56,12 +57,16 @@ def execute(options: argparse.Namespace) -> int:
         raise InputError(
             f'--rate {options.rate} is out of range; give a factor above 0, up to 1000'
         )
+    if options.out:
+        runfolder.refuse_occupied(options.out)
     need_ros()
     spec = recorded_spec(options.bag, options.assignments)
     feeds = 'platform' if options.topics == 'motion' else 'analyzer'
     peers = options.peers or ','.join(dict.fromkeys([feeds, *options.start]))
     env = environment()
     print(f'replay in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
+    mode = 'lockstep' if options.rate is None else 'real_time'
+    stopped = False
     nodes = Nodes(spec, env)
     try:
         if 'analyzer' in options.start:
@@ -69,7 +74,6 @@ def execute(options: argparse.Namespace) -> int:
             nodes.start('analyzer', **out)
         if 'platform' in options.start:
             nodes.start('platform')
-        mode = 'lockstep' if options.rate is None else 'real_time'
         nodes.start(
             'player',
             bag=str(options.bag.absolute()),
@@ -85,6 +89,7 @@ def execute(options: argparse.Namespace) -> int:
                 break
     except KeyboardInterrupt:
         print('stopping the nodes', file=sys.stderr)
+        stopped = True
     finally:
         nodes.stop()
         errors, codes = nodes.errors(), nodes.codes()
@@ -99,6 +104,8 @@ def execute(options: argparse.Namespace) -> int:
             (1 if c not in (0, 2, 3) else c for c in codes.values() if c is not None), default=1
         )
     )
+    if stopped:
+        code = 1
     document: dict[str, Any] = {
         'bag': str(options.bag),
         'topics': options.topics,
@@ -106,7 +113,10 @@ def execute(options: argparse.Namespace) -> int:
         'codes': codes,
     }
     document['out'] = str(options.out) if options.out else None
-    print(json.dumps(document) if options.json else f'replayed {options.topics} of {options.bag}')
+    if options.json:
+        print(json.dumps(document))
+    elif code == 0:
+        print(f'replayed {options.topics} of {options.bag}')
     return code
 
 

@@ -14,7 +14,7 @@ from qzs_rig.cli import options as shared
 from qzs_rig.cli.nodes import Nodes, environment, need_ros
 from qzs_rig.cli.outcome import caution, present
 from qzs_rig.cli.progress import bar
-from qzs_rig.errors import InputError
+from qzs_rig.errors import InputError, RunAbortedError
 from qzs_rig.estimation.estimate import from_json
 from qzs_rig.estimation.parameters import settings_of
 from qzs_rig.parameters import RunSpec
@@ -57,6 +57,8 @@ def execute(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             print('stopping the nodes', file=sys.stderr)
             nodes.stop()
+            if not folder.exists():
+                raise RunAbortedError('stopped before the first sample; nothing was kept') from None
         return _finish(options, nodes, spec, folder)
     finally:
         nodes.close()

@@ -19,7 +19,7 @@ def theory_of(spec: RunSpec) -> list[TheoryCurve]:
     """
     platform = Platform.from_spec(spec)
     low, high = _band(spec)
-    cubic = platform.law.cubic(platform.design)
+    cubic = platform.cubic
     curves = []
     for k, dof in enumerate(DOFS):
         amplitude = spec.number(f'excitation.amplitude.{dof}')

@@ -75,7 +75,8 @@ BOOT = """
     var config = { responsive: true, displaylogo: false,
       showSendToCloud: false, plotlyServerURL: '', topojsonURL: '-',
       modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'],
-      toImageButtonOptions: { format: 'svg', filename: 'transmissibility' } };
+      toImageButtonOptions: { format: 'svg',
+        filename: place.dataset.name || 'transmissibility' } };
     if (narrow) {
       drawing.layout.font.size = 11;
       drawing.layout.margin.l = 52;

@@ -47,9 +47,12 @@ def plateau_bounds(frequency_hz: Array, tolerance: float) -> list[tuple[int, int
 
 def settle(track: Track, settings: TrackedSineSettings) -> Plateau:
     """The end of the plateau `track`, its ramps left out, averaged over the points that agree."""
-    steady = _longest(_steady(track, settings))
-    part = track.slice(*steady)
+    first, last = _longest(_steady(track, settings))
     count = math.ceil(settings.settle_periods / settings.hop_periods) + 1
+    reach = _reach(settings)
+    if last - first >= count + reach:
+        last -= reach  # these windows may already see the glide to the next step
+    part = track.slice(first, last)
     values = part.transmissibility
     tail = values[-count:]
     scatter = _deviation(tail, complex(tail.mean()))
@@ -73,9 +76,14 @@ def _steady(track: Track, settings: TrackedSineSettings) -> NDArray[np.bool_]:
     """Points whose whole window saw the plateau's own base amplitude."""
     usual = float(np.median(track.amplitude))
     off = np.abs(track.amplitude - usual) > STEADY * usual
-    reach = math.ceil(settings.periods / settings.hop_periods / 2)
+    reach = _reach(settings)
     widened = np.convolve(off, np.ones(2 * reach + 1))[reach : reach + len(off)] > 0.5
     return ~off if bool(widened.all()) else ~widened
+
+
+def _reach(settings: TrackedSineSettings) -> int:
+    """Points on either side of a point whose windows reach its centre."""
+    return math.ceil(settings.periods / settings.hop_periods / 2)
 
 
 def _longest(mask: NDArray[np.bool_]) -> tuple[int, int]:

@@ -58,6 +58,33 @@ class LinearChirp:
 
 
 @dataclass(frozen=True)
+class Ease:
+    """The sweep rate on half a cosine from `start_rate` to `end_rate` (Hz/s)."""
+
+    start_hz: float
+    start_rate: float
+    end_rate: float
+    duration: float
+
+    @property
+    def end_hz(self) -> float:
+        """Frequency at the end of the segment."""
+        return self.start_hz + 0.5 * (self.start_rate + self.end_rate) * self.duration
+
+    def cycles(self, t: Array) -> Cycles:
+        half = 0.5 * (self.end_rate - self.start_rate)
+        mean = 0.5 * (self.end_rate + self.start_rate)
+        w = math.pi / self.duration
+        sin, cos = np.sin(w * t), np.cos(w * t)
+        return Cycles(
+            (self.start_hz + 0.5 * mean * t) * t - half / w**2 * (1.0 - cos),
+            self.start_hz + mean * t - half / w * sin,
+            mean - half * cos,
+            half * w * sin,
+        )
+
+
+@dataclass(frozen=True)
 class LogChirp:
     """Frequency exponential in time: equal time an octave."""
 

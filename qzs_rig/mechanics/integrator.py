@@ -15,8 +15,7 @@ from qzs_rig.timehistory import Array
 
 
 class Integrator:
-    """Fourth-order Runge-Kutta from sample to sample, starting at rest on the base,
-    where the payload trims the platform.
+    """Fourth-order Runge-Kutta from sample to sample, starting at rest on the moving base.
 
     The base motion between samples is the cubic through position and velocity at both ends:
     linear interpolation would drop the method to order 2. Time steps are `step` / `substeps` s.
@@ -57,12 +56,14 @@ class Integrator:
         return np.asarray(top * np.tile(self._scale, 3))
 
     def _rest(self, base: Array) -> Array:
-        for dof, formula in enumerate(self._formulas):
-            rate = self._platform.stiffness[dof] / self._platform.mass[dof]
-            # the top rides on the base; a law that does not vanish there starts to slide at once
-            sag, load = self._platform.rest[dof], self._platform.load[dof]
-            ddu = -rate * (float(formula(tuple(self._platform.design), sag)) - load)
-            self._state.append((float(base[dof]) + sag, float(base[4 + dof]), ddu))
+        platform = self._platform
+        for dof, (formula, load, w) in enumerate(
+            zip(self._formulas, platform.load, platform.rest, strict=True)
+        ):
+            rate = platform.stiffness[dof] / platform.mass[dof]
+            # the top rides on the base; a law that does not balance there starts to slide at once
+            ddu = -rate * (float(formula(tuple(platform.design), w)) - load)
+            self._state.append((float(base[dof]) + w, float(base[4 + dof]), ddu))
         return np.array([value[order] for order in range(3) for value in self._state])
 
     def _advance(self, dof: int, nodes: Nodes, top: Array) -> None:

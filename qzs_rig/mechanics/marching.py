@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring import RESTORING, bulk
 
 March = Callable[..., Any]
 
@@ -73,17 +73,12 @@ def compiled(law: str) -> tuple[March, tuple[Any, ...]]:
     real, line = float64, float64[::1]
     # numba's own types carry no annotations
     pack: Any = types.UniTuple
-    formula = real(pack(real, 6), real)
     signature = int64(
-        types.FunctionType(formula),
+        types.FunctionType(bulk.formula_type()),
         pack(real, 6),
-        *(real, real, real, real),
+        *(real,) * 4,
         pack(real, 3),
         *(line,) * 7,
     )
     fast = njit(signature, cache=True, nogil=True)(march)
-    formulas = tuple(
-        njit(formula, cache=True, nogil=True, error_model='numpy')(plain)
-        for plain in RESTORING[law].bind(math.sqrt)
-    )
-    return fast, formulas
+    return fast, bulk.compiled(RESTORING[law].bind)

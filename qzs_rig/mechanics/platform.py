@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+
+import numpy as np
 
 from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.mechanics.restoring.law import RestoringLaw
-from qzs_rig.mechanics.trim import trimmed
+from qzs_rig.mechanics.restoring.law import Cubic, RestoringLaw
+from qzs_rig.mechanics.statics import equilibrium
 from qzs_rig.parameters import Parameter, RunSpec
 
 
 def _positive(name: str, default: float | None, unit: str, text: str) -> Parameter:
     return Parameter(f'platform.{name}', float, default, unit, text, 0.0, above=True)
 
+
+UNEVEN = ('closed_form', 'taylor', 'printed')
+"""Laws with the even horizontal term of erratum E4."""
 
 PARAMETERS = (
     Parameter(
@@ -40,7 +44,15 @@ PARAMETERS = (
     ),
     _positive('L20', 0.6, 'm', 'suspension spring (Table 1)'),
     _positive('L0', 0.06, 'm', 'radius of the top plate (Table 1)'),
-    _positive('m', 50.0, 'kg', 'payload (Table 1)'),
+    _positive('m', 50.0, 'kg', 'payload (Table 1), balanced at the working point'),
+    Parameter(
+        'platform.payload_trim',
+        float,
+        0.0,
+        'kg',
+        'payload put on top of m without rebalancing (negative: taken off): it moves with the '
+        'plate, and its weight shifts the rest position off the working point',
+    ),
     _positive('I_vm', None, 'kg m²', 'inertia about the vertical axis; unset: a disc, m L0²/2'),
     _positive('I_hm', None, 'kg m²', 'inertia about a horizontal axis; unset: a disc, m L0²/4'),
     *(
@@ -91,14 +103,6 @@ PARAMETERS = (
         'damping ratio C omega0/(2 k1) of all degrees of freedom, instead of C',
         0.0,
         replaces=tuple(f'platform.C.{dof}' for dof in DOFS),
-    ),
-    Parameter(
-        'platform.balanced_mass',
-        float,
-        None,
-        'kg',
-        'payload that rests at the working point; unset: m, no trim',
-        0.0,
     ),
     Parameter(
         'platform.coupled',
@@ -152,8 +156,8 @@ class Platform:
     All tuples are in the order of DOFS. `length` scales motion: w_hat = w / length, negative for
     `vertical` because the paper's x points down and the rig's z up; 1 for rotations. `stiffness`
     scales force, F(w) = stiffness length F_hat(w_hat): k1 for translations, k1 L20 L0 otherwise.
-    `excess` is the weight in N beyond what rests at the working point. `coupled`: this is only
-    the projection of mechanics.geometric, which moves instead.
+    `load` is the unbalanced weight (over k1 L20), `rest` the w_hat at which the law holds it.
+    `coupled`: this is only the projection of mechanics.geometric, which moves instead.
     """
 
     law: RestoringLaw
@@ -162,18 +166,21 @@ class Platform:
     damping: tuple[float, ...]
     length: tuple[float, ...]
     stiffness: tuple[float, ...]
-    excess: float = 0.0
+    load: tuple[float, ...] = (0.0,) * len(DOFS)
+    rest: tuple[float, ...] = (0.0,) * len(DOFS)
     coupled: bool = False
 
     @classmethod
     def from_spec(cls, spec: RunSpec) -> Platform:
         """The platform of a run; raises InputError for a geometry that cannot be built."""
-        k1, L20, m = (spec.number(f'platform.{name}') for name in ('k1', 'L20', 'm'))
-        design = _design(spec, k1, L20)
+        k1, L20 = (spec.number(f'platform.{name}') for name in ('k1', 'L20'))
+        design = platform_design(spec)
+        m, trim = _payload(spec)
+        law, load = RESTORING[spec.text('platform.law')], trim * GRAVITY / (k1 * L20)
         L0 = design.L0 * L20
-        law = spec.text('platform.law')
-        _refuse_uncoupled(spec, law)
-        balanced = spec.optional('platform.balanced_mass')
+        coupled = law.name == 'geometric' and spec.flag('platform.coupled')
+        if law.name == 'geometric' and not coupled:
+            refuse_coupled_words(spec)
         inertia = {
             'I_vm': spec.optional('platform.I_vm') or m * L0**2 / 2.0,
             'I_hm': spec.optional('platform.I_hm') or m * L0**2 / 4.0,
@@ -181,30 +188,28 @@ class Platform:
         mass = (m, m, inertia['I_vm'], inertia['I_hm'])
         stiffness = (k1, k1, k1 * L20 * L0, k1 * L20 * L0)
         return cls(
-            law=RESTORING[law],
+            law=law,
             design=design,
             mass=mass,
             damping=_damping(spec, mass, stiffness),
             length=(-L20, L20, 1.0, 1.0),
             stiffness=stiffness,
-            excess=(m - (m if balanced is None else balanced)) * GRAVITY,
-            coupled=law == 'geometric' and spec.flag('platform.coupled'),
+            load=(load, 0.0, 0.0, 0.0),
+            rest=(equilibrium(law, design, load), 0.0, 0.0, 0.0),
+            coupled=coupled,
         )
 
     @property
-    def load(self) -> tuple[float, ...]:
-        """Excess weight as a nondimensional force on each degree of freedom."""
-        return (self.excess / (self.stiffness[0] * abs(self.length[0])), 0.0, 0.0, 0.0)
-
-    @cached_property
-    def rest(self) -> tuple[float, ...]:
-        """Nondimensional displacement from the working point at which the payload rests.
-
-        Raises InputError for a payload that the springs cannot hold.
-        """
-        if self.excess == 0.0:
-            return (0.0, 0.0, 0.0, 0.0)
-        return (trimmed(self.law, self.design, self.load[0]), 0.0, 0.0, 0.0)
+    def cubic(self) -> Cubic:
+        """(c1, c3) of the law about the rest position of each degree of freedom."""
+        vertical, *others = self.law.cubic(self.design)
+        if self.rest[0]:
+            # Cauchy's integral, exact to rounding: the laws are analytic within a of the real axis
+            turn = 0.2 * self.design.a * np.exp(2j * np.pi * np.arange(64) / 64)
+            force = self.law.bind(np.sqrt)[0](self.design, self.rest[0] + turn)
+            c1, c3 = (float(np.mean(force / turn**order).real) for order in (1, 3))
+            vertical = (c1, c3)
+        return vertical, *others
 
     @property
     def omega0(self) -> tuple[float, ...]:
@@ -221,32 +226,40 @@ class Platform:
     def cautions(self, driven: tuple[bool, ...]) -> list[str]:
         """What a user should know before trusting a run of the `driven` degrees of freedom."""
         said = []
-        for dof, (c1, _), moves in zip(DOFS, self.law.cubic(self.design), driven, strict=True):
-            if moves and c1 < 0.0 and self.law.name != 'linear':
+        for dof, (c1, _), moves in zip(DOFS, self.cubic, driven, strict=True):
+            # where the coupled plate tips, its own modes tell
+            if moves and c1 < 0.0 and self.law.name != 'linear' and not self.coupled:
                 said.append(
-                    f'{dof} has negative stiffness ({c1:.4g}) at the working point and will tip '
+                    f'{dof} has negative stiffness ({c1:.4g}) where it rests and will tip '
                     'over to a side; k3_hat >= A L0_hat and condition (16) avoid it'
                 )
-        if self.law.name == 'closed_form' and driven[DOFS.index('horizontal')]:
+        if self.law.name in UNEVEN and driven[DOFS.index('horizontal')]:
             said.append(
-                'closed_form slides into a false well horizontally (erratum E4); '
+                f'{self.law.name} slides into a false well horizontally (erratum E4); '
                 'use platform.law corrected'
+            )
+        if self.load[0]:
+            said.append(
+                f'payload_trim moves the rest position {1e3 * self.rest[0] * self.length[0]:+.4g} '
+                f'mm from the working point (z up); stiffness there {self.cubic[0][0]:.4g} k1'
             )
         return said
 
 
-def _refuse_uncoupled(spec: RunSpec, law: str) -> None:
-    if law != 'geometric' or spec.flag('platform.coupled'):
-        return
+def refuse_coupled_words(spec: RunSpec) -> None:
+    """InputError for what is given of the coupled platform where each motion is by itself."""
     for name in COUPLED_ONLY:
         if name in spec.given:
             raise InputError(
                 f'{name} = {spec[name]:g} has no meaning for single degrees of freedom; leave it '
-                'out or set platform.coupled'
+                'out, or take all six together: a run with platform.coupled, or qzs-rig modes'
             )
 
 
-def _design(spec: RunSpec, k1: float, L20: float) -> Design:
+def platform_design(spec: RunSpec) -> Design:
+    """The ratios of a run; raises InputError for springs that would not incline."""
+    k1, L20 = (spec.number(f'platform.{name}') for name in ('k1', 'L20'))
+
     def ratio(hat: str, si: str, scale: float) -> float:
         value = spec.optional(f'platform.{hat}')
         return spec.number(f'platform.{si}') / scale if value is None else value
@@ -263,6 +276,17 @@ def _design(spec: RunSpec, k1: float, L20: float) -> Design:
         L1=L1,
         L0=ratio('L0_hat', 'L0', L20),
     )
+
+
+def _payload(spec: RunSpec) -> tuple[float, float]:
+    """The mass that moves, and how much of it the springs do not balance."""
+    m, trim = spec.number('platform.m'), spec.number('platform.payload_trim')
+    if not m + trim > 0.0:
+        raise InputError(
+            f'platform.payload_trim = {trim:g} takes more than the payload of {m:g} kg; '
+            'keep platform.m + platform.payload_trim above 0'
+        )
+    return m + trim, trim
 
 
 def _damping(

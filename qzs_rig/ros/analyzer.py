@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import cmath
 import json
-import math
 import time
 import uuid
 from pathlib import Path
@@ -14,18 +12,17 @@ from std_srvs.srv import Trigger
 
 from qzs_rig import runfolder, wire
 from qzs_rig.analysis import AnalyzerStage
-from qzs_rig.dof import DOFS
+from qzs_rig.estimation.parameters import dofs_of
 from qzs_rig.parameters import Parameter
 from qzs_rig.recording import Recording
 from qzs_rig.ros import qos
 from qzs_rig.ros.follower import Follower
+from qzs_rig.ros.live import Live
 from qzs_rig.ros.spinning import leave, run
 from qzs_rig.runsheet import RunSheet
 from qzs_rig.timehistory import NS
 from qzs_rig.wire import ImuBatch
 
-ESTIMATE_S = 0.2
-"""Least time between two `analyzer/estimate`."""
 BATCH_S = 0.02
 """Rig time that is estimated in one go in real time."""
 
@@ -52,10 +49,7 @@ class Analyzer(Follower):
         base, top = (wire.Topic(name, wire.BASE_IMU.type, 4000) for name in self._names)
         self.subscribe(base, self._raw[0].append, profile, bare=True)
         self.subscribe(top, self._take_top, profile, bare=True)
-        self._estimate = self.publisher(wire.ESTIMATE)
-        self._live: dict[str, Any] = {}
-        self._shown: dict[str, float] = {}
-        self._estimated_at = 0.0
+        self._live = Live(self, dofs_of(self.spec))
         self.create_service(Trigger, '~/save', self._save)
         if self.spec.text('analyzer.source') == 'driver':
             self.message = f'waiting for {" and ".join(self._names)}'
@@ -78,6 +72,7 @@ class Analyzer(Follower):
         self._recording = Recording(self._folder, *self._names)
         self._recording.sheet(sheet.start_ns, sheet)
         self._first_at = self._last_at = 0.0
+        self._live.forget()
         real_time = sheet.mode == 'real_time'
         step_s = (sheet.step_ns or 1) / NS
         self._batch = max(1, int(BATCH_S / step_s)) if real_time else sheet.chunk
@@ -115,7 +110,7 @@ class Analyzer(Follower):
             self._mark(1, batch)
         if self.sheet.mode == 'lockstep' or self.sheet.samples == self.index:
             self.say()
-        self._show(stage)
+        self._live.show(stage)
 
     def _mark(self, plate: int, batch: ImuBatch) -> None:
         assert self.sheet is not None
@@ -163,7 +158,7 @@ class Analyzer(Follower):
             scenario=sheet.scenario,
         )
         runfolder.keep_document(self._folder / 'run.json', document)
-        self._estimate.publish(wire.encode_json(estimate.to_document()))
+        self._live.conclude(estimate)
         self.get_logger().info(f'kept {self._folder}')
 
     def close(self) -> None:
@@ -228,34 +223,13 @@ class Analyzer(Follower):
 
     # --- what people watch
 
-    def _show(self, stage: AnalyzerStage) -> None:
-        for dof in DOFS:
-            point = stage.latest(dof)
-            if point is None or self._shown.get(dof) == point[0]:
-                continue
-            self._shown[dof] = point[0]
-            values = {
-                'frequency_hz': point[0],
-                'transmissibility': abs(point[1]),
-                'phase_deg': math.degrees(cmath.phase(point[1])),
-            }
-            for name, value in values.items():
-                topic = wire.live_topic(dof, name)
-                if topic.name not in self._live:
-                    self._live[topic.name] = self.publisher(topic)
-                self._live[topic.name].publish(wire.encode_float(value))
-        watched = self.matched.get(f'a subscriber of {wire.ESTIMATE.name}')
-        if watched and time.monotonic() - self._estimated_at > ESTIMATE_S:
-            self._estimated_at = time.monotonic()
-            self._estimate.publish(wire.encode_json(stage.preview().to_document()))
-
     _printed_at = 0.0
 
     def _print_progress(self) -> None:
         self._printed_at = time.monotonic()
         samples = self.sheet.samples if self.sheet else 0
         line = {'state': self.state, 'message': self.message, 'done': self.index, 'of': samples}
-        for dof, hz in self._shown.items():
+        for dof, hz in self._live.frequency_hz.items():
             line[f'{dof}_hz'] = hz
         print(json.dumps(line), flush=True)
 

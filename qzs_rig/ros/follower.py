@@ -8,7 +8,7 @@ from functools import partial
 
 from qzs_rig import wire
 from qzs_rig.errors import PeerError, RigError
-from qzs_rig.ros import qos
+from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.lead import PEER_STATUS
 from qzs_rig.ros.node import RigNode
 from qzs_rig.runsheet import RunSheet, from_document
@@ -28,6 +28,7 @@ class Follower(RigNode):
         self.message = 'waiting for rig/run (the exciter or a player)'
         self._said_at = 0.0
         self._logged = ''
+        self._alone = False  # ended the run before the lead did
         self._status = self.publisher(PEER_STATUS[self.role], qos.watched(PEER_STATUS[self.role]))
         self.subscribe(
             wire.RUN, self._read_sheet, qos.watched(wire.RUN), lost=lambda: self.peer_lost('lead')
@@ -64,8 +65,20 @@ class Follower(RigNode):
     def begin(self) -> None:
         self.say()
 
+    def halt(self) -> None:
+        if self.busy:
+            self.message = f'{self.role} was deactivated by the operator'
+            self._alone = True
+            self._end(self._aborted(self.message))  # its status ends the run for the others
+        elif self.state == 'ready':
+            self.state = 'waiting'
+            self._get_ready()
+
     def tick(self) -> None:
-        if self.state == 'waiting':
+        if self.gone and self.busy:
+            self._alone = True
+            self._end(self._aborted(f'{" and ".join(self.gone)} died'))
+        elif self.state == 'waiting':
             self._get_ready()
         elif self.state == 'running' and time.monotonic() - self._said_at > STATUS_S:
             self.say()
@@ -76,21 +89,26 @@ class Follower(RigNode):
             return
         if sheet.state == 'waiting' and self.state in ('idle', 'waiting'):
             self.sheet, self.state = sheet, 'waiting'
+            self.spec = parameters.current(self, self.spec)
             self._get_ready()
         elif self.sheet is None or sheet.run_id != self.sheet.run_id:
             return  # a run that began without this node
         elif sheet.state == 'armed' and self.state == 'ready':
             self.sheet, self.index = sheet, 0
+            self.gone.clear()
             self.armed(sheet)
             self.busy, self.state, self.message = True, 'armed', 'armed'
             self.say()
             self.state, self.message = 'running', 'running'
         elif sheet.state in ('finished', 'aborted'):
+            self._alone = False
             self._end(sheet)
 
     def _get_ready(self) -> None:
         assert self.sheet is not None
         missing = self.unmatched(self.endpoints(self.sheet))
+        if not self.active:
+            missing = ['its activation', *missing]
         self.message = f'waiting for {", ".join(missing)}' if missing else 'ready'
         if self.message != self._logged:
             self.get_logger().info(self.message)
@@ -109,9 +127,13 @@ class Follower(RigNode):
             self.conclude(sheet)
         aborted = sheet.state == 'aborted'
         self.message = f'aborted: {sheet.reason}' if aborted else 'finished'
-        (self.get_logger().error if aborted else self.get_logger().info)(f'run {self.message}')
+        # two calls: rclpy refuses one call that changes its severity
+        if aborted:
+            self.get_logger().error(f'run {self.message}')
+        else:
+            self.get_logger().info(f'run {self.message}')
         self.state = 'done'
-        self.say()
+        self.say(wire.LEVEL['error'] if aborted else None)
         if self.spec.flag('exit_when_done'):
             self.finish(1 if aborted else 0)
         else:
@@ -125,13 +147,13 @@ class Follower(RigNode):
             return
         name = 'the exciter (or player)' if peer == 'lead' else peer
         self.get_logger().error(f'{name} died or was cut off; the run ends')
-        self.attempt(lambda: self._end(self._aborted(f'{name} died')))
+        self.gone.append(name)  # `tick` acts on it: a second one may be news of the same moment
 
     def fail(self, error: RigError) -> None:
         """Close what is open, tell the lead through the status, then end."""
         self.message = str(error)
         if self.busy:
-            self.busy = False
+            self.busy, self._alone = False, True
             self.conclude(self._aborted(str(error)))
         self.state = 'failed'
         self.say(wire.LEVEL['error'])
@@ -142,6 +164,10 @@ class Follower(RigNode):
             self.fail(PeerError(f'{self.role} was stopped by {why}'))
             self.exit_code = 0
         super().operator_stop(why)
+
+    def parted(self) -> bool:
+        """The lead has ended the run, too."""
+        return not self._alone
 
     def _aborted(self, reason: str) -> RunSheet:
         assert self.sheet is not None

@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 from qzs_rig import wire
 from qzs_rig.errors import PeerError, RigError
 from qzs_rig.parameters import Parameter
-from qzs_rig.ros import qos
+from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.node import RigNode
 from qzs_rig.runsheet import RunSheet
 from qzs_rig.wire import Status, Topic
@@ -33,6 +33,8 @@ IN_FLIGHT = 160
 shared-memory port (512 places) stalls."""
 DRAIN_S = 2.0
 """How long the peers may take for the last samples of a real-time run before they count as lost."""
+STALL_S = 5.0
+"""How long a peer that lives may keep a lockstep run from going on."""
 SEE_OFF_S = 3.0
 """How long the lead stays for its peers to close their files."""
 
@@ -55,8 +57,11 @@ class Lead(RigNode):
             raise PeerError(f'peers names {unknown[0]!r}; known: {", ".join(PEER_STATUS)}')
         self.statuses: dict[str, Status] = {}
         self.state = 'configured'
+        self.sent = 0
         self._said = ''
-        self._run = self.publisher(wire.RUN, qos.watched(wire.RUN))
+        self._progress: tuple[str, int, int] = ('', 0, 0)
+        self._progress_at = 0.0
+        self._run = self.publisher(wire.RUN, qos.latest(wire.RUN))
         for peer in self.peers:
             self.subscribe(
                 PEER_STATUS[peer],
@@ -91,11 +96,13 @@ class Lead(RigNode):
     # --- the run
 
     def begin(self) -> None:
+        self.spec = parameters.current(self, self.spec)
         run_id = self.spec.text('run_id') or uuid.uuid4().hex[:8]
         self.sheet = self.prepare().of(
             run_id=run_id, scenario=self.spec.text('scenario'), peers=self.peers, state='waiting'
         )
         self.sent = 0
+        self.gone.clear()
         self._abort_reason = ''
         self.busy = True
         self._announce('waiting')
@@ -103,8 +110,12 @@ class Lead(RigNode):
     def halt(self) -> None:
         if self.state == 'running':
             self._ramp_down('deactivated by the operator')
+        elif self.state in ('waiting', 'armed'):
+            self._end('aborted', 'deactivated by the operator')
 
     def tick(self) -> None:
+        if self.gone and self.busy:
+            self._end('aborted', f'{" and ".join(self.gone)} died')
         step: Callable[[], None] | None = {
             'waiting': self._wait,
             'armed': self._wait_armed,
@@ -114,6 +125,21 @@ class Lead(RigNode):
         }.get(self.state)
         if step:
             step()
+        self._watch_progress()
+
+    def _watch_progress(self) -> None:
+        """A peer may live and yet do nothing; in lockstep everybody would wait for it for ever."""
+        progress = (self.state, self._done(), self.sent)
+        if progress != self._progress:
+            self._progress, self._progress_at = progress, time.monotonic()
+        waits = self.state == 'armed' or (
+            self.state in ('running', 'draining') and self.sheet.mode == 'lockstep'
+        )
+        if waits and time.monotonic() - self._progress_at > STALL_S:
+            index = self._done()
+            slow = [p for p in self.peers if self._index(p) == index]
+            text = f'{" and ".join(slow)} stayed at sample {index} for {STALL_S:g} s'
+            self._end('aborted', text)
 
     def _wait(self) -> None:
         missing = self._missing()
@@ -150,11 +176,9 @@ class Lead(RigNode):
 
     def _pump(self) -> None:
         if self.sheet.mode == 'lockstep':
-            room = self._done() + IN_FLIGHT - self.sent
-            chunk = self.sheet.chunk
-            while room >= chunk and self.sent < self.sheet.samples:
+            chunk = min(self.sheet.chunk, IN_FLIGHT)
+            while self._room() >= chunk and self.sent < self.sheet.samples:
                 self.sent += self.feed(chunk)
-                room = self._done() + IN_FLIGHT - self.sent
         else:
             elapsed_s = time.monotonic() - self._start_clock
             owed = min(int(elapsed_s * self.sheet.pace * 1e9) // self.sheet.step_ns + 1, 2**62)
@@ -171,21 +195,27 @@ class Lead(RigNode):
         if self._done() >= self.sheet.samples or late or not self.peers:
             self._end('aborted' if self._abort_reason else 'finished', self._abort_reason)
 
+    def _room(self) -> int:
+        return self._done() + IN_FLIGHT - self.sent
+
     def _done(self) -> int:
-        return min(
-            (int(self.statuses[p].values.get('index', '0')) for p in self.peers),
-            default=self.sent,
-        )
+        return min((self._index(peer) for peer in self.peers), default=self.sent)
+
+    def _index(self, peer: str) -> int:
+        status = self.statuses.get(peer)
+        return int(status.values.get('index', '0')) if status else 0
+
+    def parted(self) -> bool:
+        """Every peer that takes part has closed its files."""
+        sheet = getattr(self, 'sheet', None)
+        values = [status.values for status in self.statuses.values()] if sheet else []
+        mine = [each for each in values if sheet and each.get('run_id') == sheet.run_id]
+        return all(each.get('state') in ('done', 'failed') for each in mine)
 
     def _see_off(self) -> None:
-        left = [
-            p
-            for p in self.peers
-            if p in self.statuses and self.statuses[p].values.get('state') != 'done'
-        ]
-        if left and time.monotonic() < self._end_until:
+        if not self.parted() and time.monotonic() < self._end_until:
             return
-        if self.spec.flag('exit_when_done') or self.sheet.state == 'aborted':
+        if self.spec.flag('exit_when_done'):
             self.finish(0 if self.sheet.state == 'finished' else 1)
         else:
             self.state = 'idle'
@@ -198,7 +228,7 @@ class Lead(RigNode):
         if not self._ours(status):
             return
         if status.level == wire.LEVEL['error'] and self.busy:
-            self._end('aborted', f'{peer}: {status.message}')
+            self._end('aborted', f'{peer}: {status.message.removeprefix("aborted: ")}')
         elif self.state in ('waiting', 'armed', 'draining', 'ended') or (
             self.state == 'running' and self.sheet.mode == 'lockstep'
         ):
@@ -211,7 +241,7 @@ class Lead(RigNode):
         gone = self.statuses.pop(peer, None)
         if self.state in ('armed', 'running', 'draining') and gone is not None:
             self.get_logger().error(f'{peer} died or was cut off; the run ends')
-            self._end('aborted', f'{peer} died')
+            self.gone.append(peer)  # `tick` acts on it: a second one may be news of the same moment
 
     def _ramp_down(self, why: str) -> None:
         self._abort_reason = why
@@ -243,8 +273,11 @@ class Lead(RigNode):
         self._announce(state)
         self.state = 'ended'
         self._end_until = time.monotonic() + SEE_OFF_S
-        log = self.get_logger().info if state == 'finished' else self.get_logger().error
-        log(f'run {self.sheet.run_id} {state}' + (f': {reason}' if reason else ''))
+        # two calls: rclpy refuses one call that changes its severity
+        if state == 'finished':
+            self.get_logger().info(f'run {self.sheet.run_id} finished')
+        else:
+            self.get_logger().error(f'run {self.sheet.run_id} aborted: {reason}')
 
     def _announce(self, state: str) -> None:
         self.state = state

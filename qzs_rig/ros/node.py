@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import time
+import traceback
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
@@ -20,6 +23,8 @@ from qzs_rig.ros import parameters, qos
 from qzs_rig.wire import Topic
 
 Callback = Callable[[Any], object]
+FLUSH_S = 0.2
+"""How long a node that ends waits for its last messages to arrive."""
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -36,15 +41,17 @@ class RigNode(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(self.role, automatically_declare_parameters_from_overrides=True, **options)
-        self.busy = False
+        self.busy = self.active = False
         self.spec = parameters.declare(self, self.sections, self.own)
         parameters.guard(self, self.spec, lambda: self.busy)
         self.exit_code: int | None = None
         self.wake: Callable[[], None] = lambda: None
         self.matched: dict[str, int] = {}
+        self.gone: list[str] = []  # peers that died in a run, in the order of the news
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.publisher(wire.DIAGNOSTICS)
         self.create_timer(1.0, self._diagnose, clock=self._steady)
+        self._lasting = self._held()
 
     # --- what a subclass fills in
 
@@ -58,10 +65,15 @@ class RigNode(LifecycleNode):
         """Stop working, softly."""
 
     def tick(self) -> None:
-        """Called every `tick_s` on a steady clock while active."""
+        """Called every `tick_s` on a steady clock from configure to cleanup: a run that is
+        deactivated has to ramp down."""
 
     def close(self) -> None:
         """Leave nothing half written; called once at the very end, whatever happened."""
+
+    def parted(self) -> bool:
+        """The peers have heard how this node ended."""
+        return True
 
     def status(self) -> wire.Status:
         """The node's state for /diagnostics."""
@@ -71,24 +83,31 @@ class RigNode(LifecycleNode):
 
     def start(self) -> None:
         """Configure and activate by itself, unless a supervisor wants to (autostart false)."""
-        if self.spec.flag('autostart'):
-            self.trigger_configure()
+        if self.spec.flag('autostart') and self.trigger_configure() == SUCCESS:
             self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         return self._guarded(self._configure)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        if self.busy:
+            self.get_logger().error('the last run is still ramping down; activate again after it')
+            return FAILURE
+        self.active = True
         return self._guarded(self.begin)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.active = False
         return self._guarded(self.halt)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        return self._guarded(self.close)
+        if self.busy:
+            self.get_logger().error('the last run is still ramping down; clean up after it')
+            return FAILURE
+        return self._guarded(self._clean_up)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        self.finish(0)
+        self.operator_stop('shutdown')
         return SUCCESS
 
     def _configure(self) -> None:
@@ -96,11 +115,31 @@ class RigNode(LifecycleNode):
         self.open()
         self.create_timer(self.tick_s, self._tick, clock=self._steady)
 
+    def _clean_up(self) -> None:
+        self.close()
+        for endpoint, destroy in self._held().items():
+            if endpoint not in self._lasting:
+                destroy(endpoint)
+        self.matched.clear()
+
+    def _held(self) -> dict[Any, Callable[[Any], object]]:
+        return {
+            **dict.fromkeys(self.timers, self.destroy_timer),
+            **dict.fromkeys(self.subscriptions, self.destroy_subscription),
+            **dict.fromkeys(self.services, self.destroy_service),
+            **dict.fromkeys(self.publishers, self.destroy_publisher),
+        }
+
     def _tick(self) -> None:
         self.attempt(self.tick)
 
     def _guarded(self, work: Callable[[], None]) -> TransitionCallbackReturn:
-        return SUCCESS if self.attempt(work) else FAILURE
+        try:
+            return SUCCESS if self.attempt(work) else FAILURE
+        except Exception:
+            traceback.print_exc()  # rclpy would swallow it and leave a dead node
+            self.finish(1)
+            raise
 
     def attempt(self, work: Callable[[], object]) -> bool:
         """Do `work`; a foreseen failure is told to the peers and ends the node with its code."""
@@ -126,6 +165,13 @@ class RigNode(LifecycleNode):
         if self.exit_code is None:
             self.exit_code = code
             self.wake()
+
+    def flush(self) -> None:
+        """Wait until the others have the last messages: those of a destroyed publisher are lost."""
+        until = time.monotonic() + FLUSH_S
+        for publisher in self.publishers:
+            left_s = max(0.0, until - time.monotonic())
+            publisher.wait_for_all_acked(Duration(nanoseconds=int(left_s * 1e9)))
 
     # --- endpoints
 

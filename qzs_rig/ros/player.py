@@ -45,8 +45,7 @@ class Player(Lead):
         ]
         self._names = [topic.name for topic in topics]
         start, step = self._sheet.start_ns, self._sheet.step_ns
-        self._index = [(item.stamps_ns - start) // step for item in rows]
-        self._next = [0] * len(rows)
+        self._at = [(item.stamps_ns - start) // step for item in rows]
 
     def _topics(self, sheets: list[RunSheet]) -> list[Topic]:
         """What is replayed, under the names that the recorded analyzer listened to."""
@@ -67,12 +66,13 @@ class Player(Lead):
         return [f'a subscriber of {name}' for name in self._names] if self.peers else []
 
     def arm(self, start_ns: int) -> int:
+        self._next = [0] * len(self._outputs)
         return self._sheet.start_ns  # original stamps
 
     def feed(self, n: int) -> int:
         end = self.sent + n
         for place, (publisher, messages) in enumerate(self._outputs):
-            first, last = self._next[place], int(np.searchsorted(self._index[place], end))
+            first, last = self._next[place], int(np.searchsorted(self._at[place], end))
             for message in messages[first:last]:
                 publisher.publish(message)
             self._next[place] = last

@@ -36,6 +36,13 @@ def watched(topic: Topic) -> QoSProfile:
     return profile
 
 
+def latest(topic: Topic) -> QoSProfile:
+    """`watched`, and who comes late gets what holds now, not how it came about."""
+    profile = watched(topic)
+    profile.depth = 1
+    return profile
+
+
 def driver(name: str) -> QoSProfile:
     """What the analyzer asks of somebody else's Imu: 'reliable' or 'sensor_data'."""
     if name == 'sensor_data':

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -20,6 +22,8 @@ from rclpy.task import Future
 from qzs_rig.errors import RigError
 from qzs_rig.ros.node import RigNode
 
+PART_S = 0.3
+"""How long a node that ends early waits for its peers to hear why, lest they take it for dead."""
 SLICE_S = 0.1
 """How often Python looks at its signals while the executor sleeps in C++."""
 
@@ -43,7 +47,16 @@ def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
     finally:
         if node is not None:
             node.close()
+            if node.gone:
+                # killed peers leave shared memory locked: to take leave of them hangs or crashes
+                leave(node.exit_code or 0)
+            if rclpy.ok():
+                node.flush()
             node.destroy_node()
+        # the lifecycle machine keeps the node alive past destroy_node; unless it is collected
+        # before `leave`, its peers see a ghost of this node for 20 s
+        node = None
+        gc.collect()
         rclpy.try_shutdown()
 
 
@@ -65,6 +78,9 @@ def _spin(node: RigNode, stops: list[int]) -> int:
         if stops:
             node.operator_stop(signal.Signals(stops[0]).name)
             break
+    until = time.monotonic() + PART_S
+    while not node.parted() and time.monotonic() < until:
+        executor.spin_until_future_complete(Future(), timeout_sec=0.01)
     return node.exit_code or 0
 
 

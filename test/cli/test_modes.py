@@ -34,7 +34,7 @@ def test_a_platform_that_falls_over_is_a_finding(capsys):
 
 
 def test_a_scenario_gives_the_platform(capsys):
-    assert execute(['modes', 'rotations', '--set', 'platform.balanced_mass=45']) == 0
+    assert execute(['modes', 'rotations', '--set', 'platform.payload_trim=5']) == 0
     text = capsys.readouterr().out
     assert 'equilibrium from the working point: z -69' in text
     assert 'horizontal - horizontal_rotation' in text

@@ -12,6 +12,7 @@ from qzs_rig.dof import DOFS, displacement_unit
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.platform import Platform
+from qzs_rig.mechanics.restoring import RESTORING
 
 ALL, NONE = (True,) * 4, (False,) * 4
 
@@ -72,7 +73,7 @@ def test_springs_that_would_not_incline_are_refused(given):
         platform(**given)
 
 
-@pytest.mark.parametrize('law', ['corrected', 'closed_form', 'symmetric'])
+@pytest.mark.parametrize('law', [law for law in RESTORING if law not in ('linear', 'geometric')])
 def test_a_plate_that_tips_is_announced_when_it_is_driven(law):
     text = ' '.join(platform(law=law).cautions(ALL))
     assert 'horizontal_rotation has negative stiffness (-0.01)' in text
@@ -86,9 +87,10 @@ def test_a_vertical_beyond_condition_16_is_announced():
     assert platform().cautions(vertical) == []
 
 
-def test_the_false_well_of_the_printed_horizontal_law_is_announced():
+@pytest.mark.parametrize('law', ['closed_form', 'taylor', 'printed'])
+def test_the_false_well_of_the_printed_horizontal_law_is_announced(law):
     sideways = tuple(dof == 'horizontal' for dof in DOFS)
-    assert 'false well' in platform(law='closed_form').cautions(sideways)[0]
+    assert 'false well' in platform(law=law).cautions(sideways)[0]
     assert platform().cautions(sideways) == []
 
 
@@ -120,3 +122,45 @@ def test_vertical_is_up_where_the_paper_is_down(x):
         assert force(w) == pytest.approx(-paper(-w / L20), abs=1e-10)
     # up, the leaf springs carry less of the weight: the pull back is weaker than from below
     assert abs(force(x)) != pytest.approx(abs(force(-x)), rel=1e-3)
+
+
+@pytest.mark.parametrize('law', RESTORING)
+@pytest.mark.parametrize('trim', [-20.0, -0.5, 0.5, 30.0])
+def test_a_trimmed_payload_rests_where_the_springs_hold_its_weight(law, trim):
+    rig = platform(law=law, payload_trim=trim)
+    w, rate = np.array([rig.rest[0], 0.0, 0.0, 0.0]), 2e4 * 0.6
+    force = rate * rig.law.force(rig.design, w)[0]
+    assert force == pytest.approx(trim * 9.80665, abs=1e-10)  # terms of 1e4 N
+    # heavier hangs lower, and the plate comes back to it
+    assert math.copysign(1, w[0]) == math.copysign(1, trim)
+    assert rig.law.stiffness(rig.design, w)[0] > 0
+    assert rig.mass[:2] == (50.0 + trim, 50.0 + trim)
+
+
+@pytest.mark.parametrize('law', RESTORING)
+def test_the_cubic_of_a_trimmed_platform_is_taken_where_it_rests(law):
+    rig = platform(law=law, payload_trim=10.0)
+    step = 1e-3
+    motion = np.zeros((3, 4))
+    motion[:, 0] = rig.rest[0] + step * np.array([-1.0, 0.0, 1.0])
+    before, at, after = rig.law.stiffness(rig.design, motion)[:, 0]
+    c1, c3 = rig.cubic[0]
+    assert c1 == pytest.approx(at, abs=1e-12)
+    # second difference: its error is step² / 12 times a fourth derivative of order 1e3
+    assert c3 == pytest.approx((before - 2 * at + after) / step**2 / 6, abs=1e-3)
+    assert rig.cubic[1:] == rig.law.cubic(rig.design)[1:]
+
+
+def test_a_trim_is_announced_with_its_rest_position():
+    rig = platform(payload_trim=30.0)
+    assert f'{-600 * rig.rest[0]:+.4g} mm' in rig.cautions(NONE)[0]
+
+
+def test_taking_off_more_than_there_is_is_refused():
+    with pytest.raises(InputError, match=r'payload_trim = -50 takes more .* above 0'):
+        platform(payload_trim=-50.0)
+
+
+def test_a_weight_that_nothing_holds_is_refused():
+    with pytest.raises(InputError, match=r'payload_trim .* law linear holds nowhere; bring'):
+        platform(law='linear', k3=0.0, payload_trim=1.0)

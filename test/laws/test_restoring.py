@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import cmath
 import math
+import sys
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
+from qzs_rig import scenario
 from qzs_rig.dof import DOFS
 from qzs_rig.mechanics import marching
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
-from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.platform import Platform
+from qzs_rig.mechanics.restoring import RESTORING, bulk, printed
 
 DESIGNS = {
     'paper': PAPER_DESIGN,
@@ -22,6 +26,8 @@ DESIGNS = {
 ODD = {
     'corrected': ('horizontal', 'vertical_rotation', 'horizontal_rotation'),
     'closed_form': ('vertical_rotation',),
+    'taylor': ('vertical_rotation',),
+    'printed': ('vertical_rotation',),
     'symmetric': DOFS,
     'linear': DOFS,
     'geometric': ('horizontal', 'vertical_rotation', 'horizontal_rotation'),
@@ -82,12 +88,144 @@ def test_the_working_point_is_an_equilibrium(law, design):
 @every_law
 @every_design
 @every_dof
-def test_cubic_coefficients_are_the_odd_taylor_terms(law, design, dof):
+def test_taylor_coefficients_are_those_of_the_force(law, design, dof):
     function = law.bind(cmath.sqrt)[dof]
-    c1, c3 = law.cubic(design)[dof]
-    # values of order 0.2 divided by 0.2^3, summed over 64 points: some 1e3 roundings
-    assert taylor(function, design, 1) == pytest.approx(c1, abs=1e-13)
-    assert taylor(function, design, 3) == pytest.approx(c3, abs=1e-12)
+    for order, coefficient in enumerate(law.taylor(design)[dof], start=1):
+        # values of order 0.2 divided by 0.2^3, summed over 64 points: some 1e3 roundings
+        assert taylor(function, design, order) == pytest.approx(coefficient, abs=1e-12)
+
+
+@every_law
+@every_design
+def test_cubic_coefficients_are_the_odd_taylor_terms(law, design):
+    assert law.cubic(design) == tuple((c1, c3) for c1, _, c3 in law.taylor(design))
+
+
+@every_design
+def test_the_taylor_law_is_the_closed_form_to_third_order(design):
+    """Their difference is of fourth order: halving w divides it by 16 or more."""
+    for dof in range(4):
+        exact, cubic = (RESTORING[law].bind(math.sqrt)[dof] for law in ('closed_form', 'taylor'))
+        coarse, fine = (abs(exact(design, w) - cubic(design, w)) for w in (0.002, 0.001))
+        # the yaw law is even flatter; its difference is down at the roundings
+        assert coarse < 1e-14 or math.log2(coarse / fine) > 3.9, dof
+
+
+@every_law
+@every_design
+@every_dof
+def test_stiffness_is_the_slope_of_the_force(law, design, dof):
+    function, stiffness = law.bind(cmath.sqrt)[dof], law.stiffness(design, np.tile(W, (4, 1)).T)
+    slope = [derivative(function, design, w) for w in W.tolist()]
+    # 1 / a^3 = 8 and, at 0.95, 1 / c = 3 magnify the roundings
+    assert np.allclose(stiffness[:, dof], slope, rtol=64 * EPS, atol=128 * EPS)
+
+
+@every_law
+@every_design
+@every_dof
+def test_potential_is_the_integral_of_the_force(law, design, dof):
+    function = law.bind(math.sqrt)[dof]
+    assert law.potential(design, np.zeros(4))[dof] == 0.0
+    for w in (-0.95, -0.6, -0.1, 0.2, 0.5, 0.95):
+        integral = quad(lambda x: function(design, x), 0.0, w, epsabs=1e-14, epsrel=1e-13)[0]
+        # closed forms subtract terms of order 1; the yaw's are divided by L0 = 0.1
+        got = law.potential(design, np.full(4, w))[dof]
+        assert got == pytest.approx(integral, abs=64 * EPS / design.L0)
+
+
+@every_law
+@every_dof
+def test_a_law_is_finite_inside_its_domain_and_refused_beyond(law, dof):
+    bound = law.domain[dof]
+    inside = np.zeros(4)
+    inside[dof] = min(math.nextafter(bound, 0.0), 1e3)
+    assert np.isfinite(law.force(PAPER_DESIGN, inside)[dof])
+    assert np.isfinite(law.stiffness(PAPER_DESIGN, inside)[dof])
+    if bound < math.inf:
+        with np.errstate(invalid='ignore'):
+            assert np.isnan(law.force(PAPER_DESIGN, np.full(4, 1.001 * bound))[dof])
+
+
+@every_law
+@every_design
+def test_si_and_nondimensional_forces_say_the_same(law, design):
+    k1, L20, w = 8e3, 0.5, np.array([0.1, -0.07, 0.3, -0.2])
+    words = {'law': law.name, 'k1': k1, 'L20': L20, 'A': design.A, 'k3_hat': design.k3}
+    words |= {'L1_hat': design.L1, 'L0_hat': design.L0}
+    rig = Platform.from_spec(scenario.of({f'platform.{k}': v for k, v in words.items()}))
+    lever = design.L0 * L20
+    scale = k1 * L20 * np.array([1.0, 1.0, lever, lever])
+    si = np.array(rig.stiffness) * np.abs(rig.length) * law.force(rig.design, w)
+    assert si / scale == pytest.approx(law.force(design, w), rel=8 * EPS, abs=8 * EPS)
+
+
+@every_law
+def test_many_points_give_the_same_bits_with_and_without_numba(law, monkeypatch):
+    # two whole blocks and a part, in three dimensions and not contiguous
+    w = np.random.default_rng(3).uniform(-0.9, 0.9, (4, 40_000, 2))[:, :, ::-1]
+    w = np.swapaxes(np.concatenate([w, w, w], axis=-1), 0, 2)[..., ::-1]
+    assert w.size >= bulk.MANY
+    plain = bulk.in_numpy(law.bind, PAPER_DESIGN, w)
+    assert law.force(PAPER_DESIGN, w).tobytes() == plain.tobytes()
+    monkeypatch.setitem(sys.modules, 'numba', None)
+    bulk.kernel.cache_clear()
+    assert law.force(PAPER_DESIGN, w).tobytes() == plain.tobytes()
+    bulk.kernel.cache_clear()
+
+
+def test_complex_motion_stays_complex_however_many_the_points():
+    w = np.full((bulk.MANY, 4), 0.1 + 1e-150j)
+    assert RESTORING['corrected'].force(PAPER_DESIGN, w).dtype == np.complex128
+
+
+def test_the_coefficients_of_the_paper():
+    """d1…d8 below Eq (27) for the paper's choice of ratios, MODEL section 3."""
+    d = printed.coefficients(PAPER_DESIGN)
+    root = math.sqrt(3)
+    assert PAPER_DESIGN.b == pytest.approx(root / 20, abs=1e-12)  # 0.0866025
+    expected = (4.2, -root / 10, 0.0, -1.2375, 2 / 3, 0.01, -0.01055, 0.01)
+    assert d == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_printed_laws_are_powers_of_w_with_these_coefficients():
+    d, w = printed.coefficients(PAPER_DESIGN), W
+    expected = [
+        d.d1 * w**3 + d.d2 * w**2 + d.d3 * w,
+        d.d4 * w**2 + d.d5 * w**3,
+        d.d6 * w + d.d7 * w**3,
+        d.d8 * (-w + w**2 + w**3 / 2),
+    ]
+    got = RESTORING['printed'].force(PAPER_DESIGN, np.tile(w, (4, 1)).T)
+    assert np.allclose(got.T, expected, rtol=0, atol=16 * EPS)
+
+
+@every_design
+def test_the_symmetric_law_is_the_odd_part_of_the_printed_one(design):
+    w = np.tile(W, (4, 1)).T
+    printed_law, symmetric = (RESTORING[name] for name in ('printed', 'symmetric'))
+    odd = (printed_law.force(design, w) - printed_law.force(design, -w)) / 2
+    assert np.allclose(symmetric.force(design, w), odd, rtol=0, atol=16 * EPS)
+
+
+def test_the_printed_yaw_and_pitch_are_not_the_expansion():
+    """Errata E5 and E6: the cubic terms of (22), (27) and (13), of (23) and (15) differ."""
+    right, wrong = (RESTORING[law].taylor(PAPER_DESIGN) for law in ('taylor', 'printed'))
+    A, k3, _, L0, _, _ = PAPER_DESIGN
+    assert right[2][2] == pytest.approx(-(A / 2 + k3) * L0**3, rel=4 * EPS)
+    assert wrong[2][2] == pytest.approx(-A / 2 * L0**3 - k3 * L0, rel=4 * EPS)
+    # (23) halves A L0 - k3 where (15) halves k3 alone
+    assert right[3][2] - wrong[3][2] == pytest.approx(A * L0 / 2, rel=8 * EPS)
+
+
+@pytest.mark.parametrize('name', ['closed_form', 'corrected', 'taylor', 'printed', 'geometric'])
+def test_a_weighted_law_carries_b_and_is_net_of_it(name):
+    assert RESTORING[name].static_load(PAPER_DESIGN) == (PAPER_DESIGN.b, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize('name', ['symmetric', 'linear'])
+def test_a_law_without_bias_carries_nothing(name):
+    assert RESTORING[name].static_load(PAPER_DESIGN) == (0.0,) * 4
 
 
 @every_law
@@ -110,7 +248,7 @@ def test_the_other_laws_are_indeed_uneven(law, dof):
     assert abs(f(PAPER_DESIGN, 0.4) + f(PAPER_DESIGN, -0.4)) > 1e-4
 
 
-@pytest.mark.parametrize('law', ['corrected', 'closed_form', 'symmetric'])
+@pytest.mark.parametrize('law', [law for law in RESTORING if law != 'linear'])
 @pytest.mark.parametrize('k3', [0.1, 0.5, 1.0])
 def test_condition_16_makes_the_vertical_quasi_zero_stiff(law, k3):
     a = 0.5

@@ -154,7 +154,7 @@ def test_readings_beyond_full_scale_are_clipped_and_counted():
 
 
 def test_the_analyzer_names_the_columns_of_the_sensor():
-    assert FIELDS == tuple(channel.name for channel in IMU_CHANNELS)
+    assert tuple(channel.name for channel in IMU_CHANNELS) == FIELDS
 
 
 @pytest.mark.parametrize('plate', PLATES)

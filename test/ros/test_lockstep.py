@@ -53,7 +53,7 @@ def test_each_says_whom_it_waits_for(lab):
     exciter = lab.node('exciter')
     exciter.says('waiting for node platform, node analyzer')
     platform = lab.node('platform')
-    platform.says('waiting for to base/imu, to top/imu')
+    platform.says('waiting for a subscriber of base/imu, a subscriber of top/imu')
     exciter.says('node analyzer')
     assert exciter.running and platform.running
     analyzer = lab.node('analyzer', folder=str(lab.folder / 'out'))

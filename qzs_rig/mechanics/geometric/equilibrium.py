@@ -54,7 +54,7 @@ def equilibrium(geometry: Geometry, start: Array | None = None) -> Equilibrium:
         return Equilibrium(pose, residual, steps)
     raise InputError(
         f'no equilibrium near the working point: {residual:.3g} k1 L20 left after {steps} steps; '
-        'bring platform.balanced_mass nearer to platform.m or raise platform.hinge'
+        'bring platform.payload_trim nearer to 0 or raise platform.hinge'
     )
 
 

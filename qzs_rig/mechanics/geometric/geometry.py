@@ -23,8 +23,9 @@ class Geometry:
     anchors lie at radius `L0` on +-x and +-y of the plate, base anchors at `L0` + `span`, the
     central spring's at (0, 0, -`L10`). `k2` and `k3` are the sums of four springs. `hinge` turns
     the plate back with hinge sin(angle); `level` is the constant upward force on its centre that
-    leaves the payload at rest at the working point. `damping` acts on translation and rotation
-    relative to the base, in the order of DOFS, the horizontal values about both axes.
+    leaves platform.m at rest at the working point; `mass` has platform.payload_trim on top.
+    `damping` acts on translation and rotation relative to the base, in the order of DOFS, the
+    horizontal values about both axes.
     """
 
     k1: float
@@ -61,7 +62,7 @@ class Geometry:
             L0=L0 * L20,
             span=a * L20,
             hinge=HINGE * outward if hinge is None else hinge,
-            level=mass * GRAVITY - platform.excess - k3 * k1 * L1 * L20,
+            level=spec.number('platform.m') * GRAVITY - k3 * k1 * L1 * L20,
             mass=mass,
             height=spec.number('platform.cm_height'),
             inertia_z=platform.mass[2],

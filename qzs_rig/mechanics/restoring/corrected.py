@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.restoring.closed_form import Sqrt, vertical, vertical_rotation
-from qzs_rig.mechanics.restoring.closed_form import cubic as closed_form_cubic
-from qzs_rig.mechanics.restoring.law import Cubic, Formulas, RestoringLaw
+from qzs_rig.mechanics.restoring import closed_form
+from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Sqrt, Taylor
 
 
 def _horizontal(sqrt: Sqrt) -> Any:
@@ -23,6 +24,22 @@ def _horizontal(sqrt: Sqrt) -> Any:
     return force
 
 
+def _horizontal_stiffness(design: Design, x: Any) -> Any:
+    A, _, L1, _, a, _ = design
+    near = 1.0 / np.sqrt((a - x) * (a - x) + L1 * L1)
+    far = 1.0 / np.sqrt((a + x) * (a + x) + L1 * L1)
+    central = L1 / np.sqrt(x * x + L1 * L1)
+    cubes = near * near * near + far * far * far
+    return A * (2.0 - L1 * L1 * cubes) + 1.0 - central * central * central
+
+
+def _horizontal_potential(design: Design, x: Any) -> Any:
+    A, _, L1, _, a, _ = design
+    near, far = (np.sqrt((a - s * x) ** 2 + L1 * L1) - 1.0 for s in (1.0, -1.0))
+    central = np.sqrt(x * x + L1 * L1) - L1
+    return 0.5 * (A * (near * near + far * far) + central * central)
+
+
 def _horizontal_rotation(sqrt: Sqrt) -> Any:
     """Odd part of Eq (15) (erratum E7); the origin tips where k3 < A L0."""
 
@@ -34,19 +51,54 @@ def _horizontal_rotation(sqrt: Sqrt) -> Any:
     return torque
 
 
+def _horizontal_rotation_stiffness(design: Design, theta: Any) -> Any:
+    A, k3, _, L0, _, _ = design
+    square = theta * theta
+    leaf = k3 * (1.0 - 2.0 * square) / np.sqrt(1.0 - square)
+    return leaf - A * L0 * (1.0 - 3.0 * square)
+
+
+def _horizontal_rotation_potential(design: Design, theta: Any) -> Any:
+    A, k3, _, L0, _, _ = design
+    square = theta * theta
+    leaf = k3 * (1.0 - np.sqrt(1.0 - square) ** 3) / 3.0
+    return leaf - A * L0 * square * (0.5 - square / 4.0)
+
+
 def bind(sqrt: Sqrt) -> Formulas:
     """The four corrected laws around a square root."""
-    return vertical(sqrt), _horizontal(sqrt), vertical_rotation(sqrt), _horizontal_rotation(sqrt)
+    return (
+        closed_form.vertical(sqrt),
+        _horizontal(sqrt),
+        closed_form.vertical_rotation(sqrt),
+        _horizontal_rotation(sqrt),
+    )
 
 
-def cubic(design: Design) -> Cubic:
-    """Odd Taylor terms; only the horizontal ones differ from the closed form."""
+def taylor(design: Design) -> Taylor:
+    """Taylor terms; horizontally and in horizontal rotation without the closed form's even ones."""
     A, _, L1, _, a, _ = design
-    horizontal = (2.0 * A * a**2, 1.0 / (2.0 * L1**2) - A * L1**2 * (5.0 * a**2 - 1.0))
-    vertical, _, yaw, pitch = closed_form_cubic(design)
-    return vertical, horizontal, yaw, pitch
+    sideways = (2.0 * A * a**2, 0.0, 1.0 / (2.0 * L1**2) - A * L1**2 * (5.0 * a**2 - 1.0))
+    vertical, _, yaw, (c1, _, c3) = closed_form.taylor(design)
+    return vertical, sideways, yaw, (c1, 0.0, c3)
 
 
 CORRECTED = RestoringLaw(
-    'corrected', 'Wang et al. 2022, Eqs (8), (11), (13), (15) with errata E4, E7', bind, cubic
+    'corrected',
+    'Wang et al. 2022, Eqs (8), (11), (13), (15) with errata E4, E7',
+    bind,
+    (
+        closed_form.vertical_stiffness,
+        _horizontal_stiffness,
+        closed_form.vertical_rotation_stiffness,
+        _horizontal_rotation_stiffness,
+    ),
+    (
+        closed_form.vertical_potential,
+        _horizontal_potential,
+        closed_form.vertical_rotation_potential,
+        _horizontal_rotation_potential,
+    ),
+    taylor,
+    closed_form.DOMAIN,
 )

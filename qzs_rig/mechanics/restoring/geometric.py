@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.restoring.closed_form import Sqrt, vertical
-from qzs_rig.mechanics.restoring.law import Cubic, Formulas, RestoringLaw
+from qzs_rig.mechanics.restoring.closed_form import vertical
+from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Sqrt, Taylor
 
 HINGE = 2.0
 """Stiffness of the hinges where nobody sets it, over the torque a radian with which the compressed
@@ -18,6 +18,7 @@ suspension springs turn the plate out of line."""
 
 DOMAIN = (math.inf, math.inf, math.pi, math.pi)
 """|w| below which the formulas hold. Horizontally the plate meets a base anchor at |w| = a."""
+_SQUARE = math.pi * math.pi
 
 
 def overturning(design: Design) -> float:
@@ -51,7 +52,8 @@ def _vertical_rotation(sqrt: Sqrt) -> Any:
         y, series = 0.5 * theta, 1.0
         for part in _HALF_SINE:
             series = 1.0 - part * (y * y) * series
-        s = y * series
+        # the root adds nothing but refuses what is beyond the domain, where the sign would be wrong
+        s = y * series + 0.0 * sqrt(_SQUARE - theta * theta)
         sine, length = 2.0 * s * sqrt(1.0 - s * s), sqrt(a * a + 4.0 * L0 * R * s * s)
         return sine * A * R * (1.0 - 1.0 / length + HINGE * (1.0 / a - 1.0))
 
@@ -67,7 +69,7 @@ def _horizontal_rotation(sqrt: Sqrt) -> Any:
         y, series = 0.5 * theta, 1.0
         for part in _HALF_SINE:
             series = 1.0 - part * (y * y) * series
-        s = y * series
+        s = y * series + 0.0 * sqrt(_SQUARE - theta * theta)
         sine, cosine = 2.0 * s * sqrt(1.0 - s * s), 1.0 - 2.0 * s * s
         length, span = sqrt(a * a + 4.0 * L0 * R * s * s), R - L0 * cosine
         leaf = 0.5 * k3 * a * a * L0 * (R * cosine - L0) / (length * span * span)
@@ -161,7 +163,7 @@ POTENTIALS: Formulas = (
 )
 
 
-def taylor(design: Design) -> tuple[tuple[float, float, float], ...]:
+def taylor(design: Design) -> Taylor:
     """(c1, c2, c3) of c1 w + c2 w² + c3 w³; the vertical's are those of Eq (8)."""
     A, k3, _, L0, a, b = design
     R, hinge = L0 + a, HINGE * A * (L0 + a) * (1.0 / a - 1.0)
@@ -176,12 +178,12 @@ def taylor(design: Design) -> tuple[tuple[float, float, float], ...]:
     )
 
 
-def cubic(design: Design) -> Cubic:
-    """Odd Taylor terms."""
-    return tuple((c1, c3) for c1, _, c3 in taylor(design))
-
-
 GEOMETRIC = RestoringLaw(
-    'geometric', 'first principles, docs/geometric.md; vertical: Wang et al. 2022, Eq (8)', bind,
-    cubic,
-)  # fmt: skip
+    'geometric',
+    'first principles, docs/geometric.md; vertical: Wang et al. 2022, Eq (8)',
+    bind,
+    STIFFNESSES,
+    POTENTIALS,
+    taylor,
+    DOMAIN,
+)

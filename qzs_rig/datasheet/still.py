@@ -1,0 +1,78 @@
+"""A sheet as SVG or PNG, by matplotlib."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE
+from qzs_rig.datasheet.figures import Line, Panel, Sheet
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PALE = '#a9cbe6'
+HUES = ('#0b62a4', '#c2410c', '#1b9e8a', '#7b6cc4')
+WIDTHS = {2: 4.6, 4: 3.3}
+LINE_WIDTHS = {'broad': 4.0, 'solid': 1.8, 'dashed': 1.6, 'dotted': 2.2}
+
+
+def still(sheet: Sheet, kind: str) -> bytes:
+    """The picture of a sheet, `kind` svg or png; the same sheet gives the same bytes.
+
+    Raises ImportError where matplotlib is not installed.
+    """
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    rows = -(-len(sheet.panels) // sheet.columns)
+    width = WIDTHS[sheet.columns]
+    # a fixed salt: the ids inside an SVG are random otherwise
+    with rc_context({'font.size': 9.0, 'svg.fonttype': 'path', 'svg.hashsalt': 'qzs_rig'}):
+        size = (width * sheet.columns, 0.72 * width * rows + 0.9)
+        figure = Figure(figsize=size, layout='constrained')
+        figure.suptitle(sheet.title, color=INK, x=0.01, ha='left', fontsize=11.0)
+        axes = figure.subplots(rows, sheet.columns, squeeze=False).ravel()
+        shared = one_key(sheet)
+        for place, panel in zip(axes, sheet.panels, strict=True):
+            _panel(place, panel, own_key=not shared)
+        if shared:
+            handles, labels = axes[0].get_legend_handles_labels()
+            below: Any = 'outside lower center'
+            figure.legend(handles, labels, loc=below, ncols=4, frameon=False)
+        page = io.BytesIO()
+        stamp: dict[str, Any] = {'Date': None} if kind == 'svg' else {'Software': None}
+        figure.savefig(page, format=kind, dpi=150, metadata=stamp)
+    return page.getvalue()
+
+
+def hue(line: Line) -> str:
+    """Colour of a line; paler where it is broad."""
+    return PALE if line.stroke == 'broad' else HUES[line.style]
+
+
+def one_key(sheet: Sheet) -> bool:
+    """Do all panels name the same lines?"""
+    return len({tuple(line.label for line in panel.lines) for panel in sheet.panels}) == 1
+
+
+def _panel(axes: Axes, panel: Panel, own_key: bool) -> None:
+    axes.axhline(0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
+    axes.axvline(0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
+    for line in panel.lines:
+        axes.plot(line.x, line.y, label=line.label, color=hue(line), **_stroke(line))
+    axes.set_title(panel.title, loc='left', color=INK, fontsize=9.0)
+    axes.set_xlabel(panel.x_label)
+    axes.set_ylabel(panel.y_label)
+    axes.margins(x=0.0)
+    axes.grid(True, color=GRID, linewidth=0.8)
+    axes.tick_params(colors=QUIET)
+    for spine in axes.spines.values():
+        spine.set_color(UNIT_LINE)
+    if own_key:
+        axes.legend(frameon=False, fontsize=8.0)
+
+
+def _stroke(line: Line) -> dict[str, Any]:
+    dashes = {'dashed': (0, (5, 2)), 'dotted': (0, (1.2, 1.4))}
+    return {'linestyle': dashes.get(line.stroke, '-'), 'linewidth': LINE_WIDTHS[line.stroke]}
