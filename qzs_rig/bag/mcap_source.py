@@ -105,6 +105,7 @@ class McapSource:
             self._scan(summary.data_end if summary else size)
             if summary:
                 self._declarations.channels = {**self.channels, **summary.channels}
+            self._refuse_strays()
             if not self._knows_all_channels():
                 self._declare_from_chunks()
         except DamageError as error:
@@ -135,6 +136,14 @@ class McapSource:
                 self._declarations.add(record.opcode, content(self._file, record, self._limits))
             elif record.opcode == Opcode.MESSAGE:
                 bare_until = self._note_bare(record, end)
+
+    def _refuse_strays(self) -> None:
+        """Messages lie in chunks, which have CRCs, or all of them outside, never both."""
+        chunks = [piece for piece in self._pieces if piece.chunk]
+        strays = [piece for piece in self._pieces if not piece.chunk]
+        if chunks and strays:
+            self._pieces = chunks
+            self._report(f'the message at byte {strays[0].at} lies outside of the chunks')
 
     def _refuse_bomb(self, expanded: int, size: int) -> None:
         allowed = self._limits.expanded(size)

@@ -119,6 +119,7 @@ class Salvage:
         self._declarations = Declarations(limits)
         self._repeated: dict[int, Channel] = {}
         self._read_end()
+        self._chunked = self._next_chunk(len(MAGIC)) < size
 
     @property
     def channels(self) -> dict[int, Channel]:
@@ -162,9 +163,12 @@ class Salvage:
             return self._torn(place), self._size
         if not record.fits:
             raise DamageError('the file ends within a record')
-        if record.opcode == Opcode.MESSAGE:
+        if record.opcode == Opcode.MESSAGE and self._chunked:
+            # some other record with a flipped opcode: no CRC vouches for it
+            self._drop(record.at, record.end, 'a message outside of the chunks, skipped')
+        elif record.opcode == Opcode.MESSAGE:
             return self._bare(record)
-        if record.opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
+        elif record.opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
             self._declarations.add(record.opcode, content(self._file, record, self._limits))
         elif record.opcode == Opcode.MESSAGE_INDEX:
             self._check_index(record)

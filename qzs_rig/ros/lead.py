@@ -153,8 +153,8 @@ class Lead(RigNode):
             part = json.loads(self.statuses[peer].values.get('spec', '{}'))
             self.sheet = self.sheet.of(spec={**self.sheet.spec, **part})
         lead_s = 0.25 if self.sheet.mode == 'real_time' else 0.0
+        self._start_clock = time.monotonic() + lead_s  # before `arm`, which may take a while
         start_ns = self.arm(time.time_ns() + int(lead_s * 1e9))
-        self._start_clock = time.monotonic() + lead_s
         self.sheet = self.sheet.of(start_ns=start_ns)
         self._announce('armed')
 

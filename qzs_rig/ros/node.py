@@ -23,8 +23,9 @@ from qzs_rig.ros import parameters, qos
 from qzs_rig.wire import Topic
 
 Callback = Callable[[Any], object]
-FLUSH_S = 0.2
-"""How long a node that ends waits for its last messages to arrive."""
+FLUSH_S = {True: 2.0, False: 0.2}
+"""How long a node that ends, after a finished run or not, waits for its messages to arrive: a
+listener slower than a run in lockstep would miss the end of it."""
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -41,7 +42,7 @@ class RigNode(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(self.role, automatically_declare_parameters_from_overrides=True, **options)
-        self.busy = self.active = False
+        self.busy = self.active = self.stopped = False
         self.spec = parameters.declare(self, self.sections, self.own)
         parameters.guard(self, self.spec, lambda: self.busy)
         self.exit_code: int | None = None
@@ -158,6 +159,7 @@ class RigNode(LifecycleNode):
     def operator_stop(self, why: str) -> None:
         """SIGINT or SIGTERM: close cleanly, at once."""
         self.get_logger().info(f'{why}: closing')
+        self.stopped = True
         self.finish(0)
 
     def finish(self, code: int) -> None:
@@ -167,8 +169,8 @@ class RigNode(LifecycleNode):
             self.wake()
 
     def flush(self) -> None:
-        """Wait until the others have the last messages: those of a destroyed publisher are lost."""
-        until = time.monotonic() + FLUSH_S
+        """Wait until everybody has all messages: what a destroyed publisher still holds is lost."""
+        until = time.monotonic() + FLUSH_S[self.exit_code == 0 and not self.stopped]
         for publisher in self.publishers:
             left_s = max(0.0, until - time.monotonic())
             publisher.wait_for_all_acked(Duration(nanoseconds=int(left_s * 1e9)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import gc
 import os
 import signal
@@ -22,6 +23,8 @@ from rclpy.task import Future
 from qzs_rig.errors import RigError
 from qzs_rig.ros.node import RigNode
 
+LEAVE_S = 3.0
+"""Longest time from the end of the work to the end of the process."""
 PART_S = 0.3
 """How long a node that ends early waits for its peers to hear why, lest they take it for dead."""
 SLICE_S = 0.1
@@ -72,7 +75,13 @@ def _spin(node: RigNode, stops: list[int]) -> int:
     executor.add_node(node)
     node.start()
     never: Future[None] = Future()
-    node.wake = lambda: never.set_result(None)
+
+    def wake() -> None:
+        # a deadlock in the middleware must not keep the process: say where it was, and go
+        faulthandler.dump_traceback_later(LEAVE_S, exit=True)
+        never.set_result(None)
+
+    node.wake = wake
     while node.exit_code is None:
         executor.spin_until_future_complete(never, timeout_sec=SLICE_S)
         if stops:

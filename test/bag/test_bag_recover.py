@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bag_samples import IMU, TOPICS, as_rows, expected, imus, record, stamps
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
@@ -187,6 +187,8 @@ def test_messages_of_undeclared_channels_are_dropped_and_counted(
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.floats(0, 1), st.integers(1, 255)), min_size=1, max_size=4))
+@example([(0.0, 4), (0.5, 1)])  # the header becomes a message
+@example([(0.0, 4)])
 def test_flipped_bytes_never_crash_nor_change_a_message(
     tmp_path_factory: pytest.TempPathFactory, flips: list[tuple[float, int]]
 ) -> None:
