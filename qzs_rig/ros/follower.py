@@ -87,7 +87,7 @@ class Follower(RigNode):
         sheet = from_document(wire.decode_json(raw))
         if self.role not in sheet.peers:
             return
-        if sheet.state == 'waiting' and self.state in ('idle', 'waiting'):
+        if sheet.state == 'waiting' and self.state in ('idle', 'waiting', 'ready'):
             self.sheet, self.state = sheet, 'waiting'
             self.spec = parameters.current(self, self.spec)
             self._get_ready()

@@ -23,9 +23,12 @@ from qzs_rig.ros import parameters, qos
 from qzs_rig.wire import Topic
 
 Callback = Callable[[Any], object]
-FLUSH_S = {True: 2.0, False: 0.2}
+FLUSH_S = {True: 5.0, False: 0.2}
 """How long a node that ends, after a finished run or not, waits for its messages to arrive: a
 listener slower than a run in lockstep would miss the end of it."""
+CONFIRM_S = 0.3
+"""How long a publisher whose lease ran out may take to show life after all: on a busy machine its
+signs come late, and a run must not end for that. With qos.LEASE it stays below a second."""
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -53,6 +56,7 @@ class RigNode(LifecycleNode):
         self._diagnostics = self.publisher(wire.DIAGNOSTICS)
         self.create_timer(1.0, self._diagnose, clock=self._steady)
         self._lasting = self._held()
+        self._suspects: dict[str, tuple[float, Callable[[], None]]] = {}
 
     # --- what a subclass fills in
 
@@ -122,6 +126,7 @@ class RigNode(LifecycleNode):
             if endpoint not in self._lasting:
                 destroy(endpoint)
         self.matched.clear()
+        self._suspects.clear()
 
     def _held(self) -> dict[Any, Callable[[Any], object]]:
         return {
@@ -132,6 +137,10 @@ class RigNode(LifecycleNode):
         }
 
     def _tick(self) -> None:
+        for label, (until, lost) in list(self._suspects.items()):
+            if time.monotonic() > until:
+                del self._suspects[label]
+                self.attempt(lost)
         self.attempt(self.tick)
 
     def _guarded(self, work: Callable[[], None]) -> TransitionCallbackReturn:
@@ -204,8 +213,11 @@ class RigNode(LifecycleNode):
         label = f'a publisher of {topic.name}'
 
         def liveliness(info: Any) -> None:
+            assert lost is not None
             if info.alive_count == 0 and (info.alive_count_change or info.not_alive_count_change):
-                lost()  # type: ignore[misc]
+                self._suspects[label] = (time.monotonic() + CONFIRM_S, lost)
+            elif info.alive_count:
+                self._suspects.pop(label, None)
 
         def handler(message: Any) -> None:
             self.attempt(lambda: callback(message))

@@ -23,8 +23,8 @@ from rclpy.task import Future
 from qzs_rig.errors import RigError
 from qzs_rig.ros.node import RigNode
 
-LEAVE_S = 3.0
-"""Longest time from the end of the work to the end of the process."""
+LEAVE_S = {True: 15.0, False: 3.0}
+"""Longest time from the end of the work to the end of the process, after a finished run or not."""
 PART_S = 0.3
 """How long a node that ends early waits for its peers to hear why, lest they take it for dead."""
 SLICE_S = 0.1
@@ -78,7 +78,8 @@ def _spin(node: RigNode, stops: list[int]) -> int:
 
     def wake() -> None:
         # a deadlock in the middleware must not keep the process: say where it was, and go
-        faulthandler.dump_traceback_later(LEAVE_S, exit=True)
+        finished = node.exit_code == 0 and not node.stopped
+        faulthandler.dump_traceback_later(LEAVE_S[finished], exit=True)
         never.set_result(None)
 
     node.wake = wake
