@@ -10,11 +10,23 @@ from collections.abc import Sequence
 from typing import Any
 
 from qzs_rig import __version__
-from qzs_rig.cli import analyze, bag, claims, compare, replay, rig, run, scenarios, springs, statics
+from qzs_rig.cli import (
+    analyze,
+    bag,
+    claims,
+    compare,
+    design,
+    replay,
+    rig,
+    run,
+    scenarios,
+    springs,
+    statics,
+)
 from qzs_rig.cli.options import joined
 from qzs_rig.errors import RigError
 
-COMMANDS = (rig, run, analyze, replay, compare, bag, statics, springs, claims, scenarios)
+COMMANDS = (rig, run, analyze, replay, compare, bag, statics, springs, design, claims, scenarios)
 
 EPILOG = """\
 start here:
