@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 from qzs_rig.advisor.response import Motion
@@ -56,9 +57,10 @@ class Proposal(NamedTuple):
 def propose(wish: Wish) -> Proposal:
     """The softest-sprung platform that fulfils the wish.
 
-    L20 is the least that gives the onset and keeps the stroke within REACH; k3_hat is the largest
-    whose relative motion fits the stroke and whose even term (E20) leaves the onset alone: a larger one means weaker helical springs and a larger
-    plate, but swings farther. Raises InputError where no such platform exists.
+    L20 is the least that gives the onset and keeps the stroke within REACH. k3_hat is the largest
+    whose relative motion fits the stroke and whose even term (E20) leaves the onset alone: a
+    larger one means weaker helical springs and a larger plate, but swings farther. Raises
+    InputError where no such platform exists.
     """
     k3 = _largest_leaf(wish)
     design = ratios(k3)
@@ -89,6 +91,7 @@ def motion(wish: Wish, design: Design, L20: float) -> Motion:
     return Motion(0.0, c3, wish.zeta, omega0, L20, wish.level, wish.held, c2)
 
 
+@lru_cache(maxsize=64)
 def spring_length(wish: Wish, design: Design) -> float:
     """The least L20 that has the onset, the stroke and, for a displacement, the level margin."""
     return max(_for_onset(wish, design), wish.stroke / REACH)
@@ -118,15 +121,15 @@ def _for_onset(wish: Wish, design: Design) -> float:
 
 def _largest_leaf(wish: Wish) -> float:
     def fits(k3: float) -> bool:
-        return relative(wish, k3) <= wish.stroke and settled(wish, k3) <= SETTLED * wish.onset
+        return settled(wish, k3) <= SETTLED * wish.onset and relative(wish, k3) <= wish.stroke
 
     low, high = LEAF
     if fits(high):
         return high
     if settled(wish, low) > SETTLED * wish.onset:
         raise InputError(
-            f'--onset {wish.onset:g} Hz is too low for a platform this small: at vanishing level it '
-            f'isolates from {settled(wish, low):.3g} Hz, and that shall be half of the onset; '
+            f'--onset {wish.onset:g} Hz is too low for so small a platform: at vanishing level '
+            f'it isolates from {settled(wish, low):.3g} Hz, and that shall be half of the onset; '
             'raise --onset, or allow more --stroke for longer springs'
         )
     if not fits(low):
@@ -153,7 +156,7 @@ def relative(wish: Wish, k3: float) -> float:
 
 def _bisect(holds: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
     """The two sides of where `holds`, true at low and false at high, changes."""
-    for _ in range(30):
+    for _ in range(18):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)
     return low, high
