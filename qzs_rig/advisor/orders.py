@@ -33,10 +33,14 @@ def orders(design: Design, k1: float, L20: float, load: float) -> list[Order]:
 
     Central: stretched by L1 from a body no longer than L1. Suspension: a quarter of k2 each, free
     length L20, pressed to a L20, guided by a rod where hinged ones buckle. Leaf: L20 long. None
-    may be thicker or wider than SLENDER L20.
+    may be thicker or wider than SLENDER L20. A rate of zero asks for no spring.
     """
-    found = [_central(design, k1, L20), _suspension(design, k1, L20)]
-    return [*found, _leaf(design, k1, L20, load)]
+    found = [_central(design, k1, L20)]
+    if design.A > 0.0:
+        found.append(_suspension(design, k1, L20))
+    if design.k3 > 0.0:
+        found.append(_leaf(design, k1, L20, load))
+    return found
 
 
 def _central(design: Design, k1: float, L20: float) -> Order:

@@ -162,3 +162,9 @@ def test_refusal(name):
     wish, words = REFUSALS[name]
     with pytest.raises(InputError, match=words):
         wish()
+
+
+@pytest.mark.parametrize('name', ['k2', 'k3'])
+def test_a_spring_of_no_rate_is_not_ordered(name):
+    ordered = {order.spring for order in case(**{f'platform__{name}': 0.0}).orders}
+    assert ordered == {'central', 'suspension', 'leaf'} - {{'k2': 'suspension', 'k3': 'leaf'}[name]}
