@@ -13,7 +13,9 @@ from qzs_rig import __version__
 from qzs_rig.cli import (
     analyze,
     bag,
+    claims,
     compare,
+    design,
     modes,
     replay,
     rig,
@@ -25,7 +27,10 @@ from qzs_rig.cli import (
 from qzs_rig.cli.options import joined
 from qzs_rig.errors import RigError
 
-COMMANDS = (rig, run, analyze, replay, compare, bag, statics, springs, modes, scenarios)
+COMMANDS = (
+    *(rig, run, analyze, replay, compare, bag),
+    *(statics, modes, springs, design, claims, scenarios),
+)
 
 EPILOG = """\
 start here:

@@ -23,7 +23,7 @@ LAYERS = (
     {'analysis', 'recording'},
     {'rig', 'offline'},
     {'compare', 'ros'},
-    {'datasheet'},
+    {'datasheet', 'claims', 'advisor'},
     {'cli'},
 )
 """From the ground up. A module imports from the layers below its own, and from its own package."""

@@ -1,0 +1,182 @@
+"""A platform for a wish: closed forms, and two bracketed searches.
+
+The static load ties force to length: b k1 L20 = m g, so omega0² = k1/m = g/(b L20). Everything
+else is a ratio: a, k3_hat, L0_hat and, by (16), A.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import NamedTuple
+
+from qzs_rig.advisor.response import Motion
+from qzs_rig.advisor.wish import Wish
+from qzs_rig.errors import InputError
+from qzs_rig.gravity import GRAVITY
+from qzs_rig.mechanics.design import Design
+from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.statics import suspension_for
+
+HALF_SPAN = 0.5
+"""a of the paper: suspension springs 60 degrees steep before loading. a = 2/3 has the least cubic
+term, by 16 %, but asks for suspension springs twice as stiff and a plate half as large."""
+LEAF = (0.01, 1.0)
+"""k3_hat, from leaf springs a hundredth of the central spring to the largest triple of Fig 9."""
+REACH = 0.2
+"""Stroke over L20, at most. Up to there the cubic law, and with it theory, is good to a tenth."""
+LEVEL_MARGIN = 0.9
+"""Of the critical amplitude, at most."""
+TIP_MARGIN = 0.9
+"""L0_hat over k3_hat/A, which (19) makes 1: a tenth of the leaf stiffness keeps the plate up."""
+SETTLED = 0.5
+"""Onset at vanishing level over the wanted one, at most (erratum E20)."""
+ROOM = 5.0
+"""Longest suspension spring worth proposing, m."""
+
+
+class Proposal(NamedTuple):
+    """Springs in N/m (k2 and k3 in all), lengths in m; `why` says the rule of each choice."""
+
+    wish: Wish
+    design: Design
+    k1: float
+    k2: float
+    k3: float
+    L1: float
+    L20: float
+    L0: float
+    why: dict[str, str]
+
+    @property
+    def motion(self) -> Motion:
+        """The vertical motion under the level of the wish."""
+        return motion(self.wish, self.design, self.L20)
+
+
+def propose(wish: Wish) -> Proposal:
+    """The softest-sprung platform that fulfils the wish.
+
+    L20 is the least that gives the onset and keeps the stroke within REACH. k3_hat is the largest
+    whose relative motion fits the stroke and whose even term (E20) leaves the onset alone: a
+    larger one means weaker helical springs and a larger plate, but swings farther. Raises
+    InputError where no such platform exists.
+    """
+    k3 = _largest_leaf(wish)
+    design = ratios(k3)
+    L20 = spring_length(wish, design)
+    if L20 > ROOM:
+        raise InputError(
+            f'--onset {wish.onset:g} Hz at {_level(wish)} and --stroke {wish.stroke:g} m takes '
+            f'suspension springs {L20:.3g} m long, beyond {ROOM:g} m; raise --onset or --zeta, or '
+            'lower the level or the stroke'
+        )
+    k1 = wish.mass * GRAVITY / (design.b * L20)
+    lengths = {'L1': design.L1 * L20, 'L20': L20, 'L0': design.L0 * L20}
+    return Proposal(
+        wish, design, k1=k1, k2=design.A * k1, k3=k3 * k1, **lengths, why=_why(wish, design, L20)
+    )
+
+
+def ratios(k3: float) -> Design:
+    """A by (16), L0_hat by (19) with TIP_MARGIN."""
+    L1, A = math.sqrt(1.0 - HALF_SPAN**2), suspension_for(k3, HALF_SPAN)
+    return Design(A, k3, L1, TIP_MARGIN * k3 / A, HALF_SPAN, k3 * L1)
+
+
+def motion(wish: Wish, design: Design, L20: float) -> Motion:
+    """The vertical motion with c1 = 0 by (16) and omega0² = g/(b L20)."""
+    _, c2, c3 = RESTORING['corrected'].taylor(design)[0]
+    omega0 = math.sqrt(GRAVITY / (design.b * L20))
+    return Motion(0.0, c3, wish.zeta, omega0, L20, wish.level, wish.held, c2)
+
+
+@lru_cache(maxsize=64)
+def spring_length(wish: Wish, design: Design) -> float:
+    """The least L20 that has the onset, the stroke and, for a displacement, the level margin."""
+    return max(_for_onset(wish, design), wish.stroke / REACH)
+
+
+def _for_onset(wish: Wish, design: Design) -> float:
+    """Acceleration: h = level b/g at omega0 whatever L20 is, so Omega is known and L20 follows
+    from omega0. Displacement: a bisection from the length that has the level margin."""
+    wanted = 2.0 * math.pi * wish.onset
+    if wish.held == 'acceleration':
+        omega = motion(wish, design, 1.0).omega_onset
+        assert omega is not None
+        return GRAVITY * omega**2 / (design.b * wanted**2)
+    critical = motion(wish, design, 1.0).critical_hat
+    assert critical is not None
+
+    def late(L20: float) -> bool:
+        case = motion(wish, design, L20)
+        return (case.omega_onset or 0.0) * case.omega0 > wanted
+
+    short = wish.level / (LEVEL_MARGIN * critical)
+    if not late(short):
+        return short
+    long = 2.0 * short  # at sqrt(2) below the critical amplitude T is below 1 everywhere
+    return _bisect(late, short, long)[1]
+
+
+def _largest_leaf(wish: Wish) -> float:
+    def fits(k3: float) -> bool:
+        return settled(wish, k3) <= SETTLED * wish.onset and relative(wish, k3) <= wish.stroke
+
+    low, high = LEAF
+    if fits(high):
+        return high
+    if settled(wish, low) > SETTLED * wish.onset:
+        raise InputError(
+            f'--onset {wish.onset:g} Hz is too low for so small a platform: at vanishing level '
+            f'it isolates from {settled(wish, low):.3g} Hz, and that shall be half of the onset; '
+            'raise --onset, or allow more --stroke for longer springs'
+        )
+    if not fits(low):
+        raise InputError(
+            f'--stroke {wish.stroke:g} m is too short: with --onset {wish.onset:g} Hz and --zeta '
+            f'{wish.zeta:g} the plate swings {relative(wish, low):.3g} m at {_level(wish)}; '
+            'allow more --stroke, raise --onset or --zeta, or lower the level'
+        )
+    return _bisect(fits, low, high)[0]
+
+
+def settled(wish: Wish, k3: float) -> float:
+    """Onset at vanishing level (Hz) of the platform with this k3_hat; it rises with k3_hat."""
+    design = ratios(k3)
+    return motion(wish, design, spring_length(wish, design)).settled
+
+
+def relative(wish: Wish, k3: float) -> float:
+    """Largest relative motion of the platform with this k3_hat, m."""
+    design = ratios(k3)
+    case = motion(wish, design, spring_length(wish, design))
+    return case.relative_hat(case.omega_onset or 0.0) * case.length
+
+
+def _bisect(holds: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
+    """The two sides of where `holds`, true at low and false at high, changes."""
+    for _ in range(18):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
+
+
+def _level(wish: Wish) -> str:
+    return f'{wish.level:g} {"m/s²" if wish.held == "acceleration" else "m"}'
+
+
+def _why(wish: Wish, design: Design, L20: float) -> dict[str, str]:
+    stroke_rules = wish.stroke / REACH >= L20
+    return {
+        'L1': 'sqrt(3)/2 L20: a = 1/2 as in the paper, suspension springs 60 degrees steep',
+        'L20': f'stroke / {REACH:g}, so that the stroke stays soft; the onset would do with less'
+        if stroke_rules
+        else 'the least that has the onset (or 0.9 of the critical displacement) at this level',
+        'L0': f'{TIP_MARGIN:g} L20 k3_hat/A: (19) with a tenth to spare against tipping',
+        'k1': 'm g/(b L20): the static load b of (8) is the weight at the working point (E21)',
+        'k2': 'A k1 with A = (1 + k3_hat) a/(1 - a): (16), no vertical stiffness',
+        'k3': f'm g/L1; k3_hat = {design.k3:.4g} is the largest whose swing at this '
+        'level fits the stroke and whose onset at vanishing level (E20) is half of the wanted',
+    }

@@ -1,0 +1,132 @@
+"""How the vertical motion answers at one level: onset, peak, jumps, by one-term theory."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from qzs_rig.advisor.wish import HELD
+from qzs_rig.theory.single_term import SingleTerm, folds, onset_omega, peak, single_term
+from qzs_rig.timehistory import Array
+
+FLAT = 1e-9
+"""c1 below which the stiffness at the working point is zero, but for rounding."""
+POINTS = 64
+LOWEST, HIGHEST = 0.1, 4.0
+"""Band over the onset in which relative motion is looked for; at lower frequency the plate rides
+along with the base."""
+
+
+class Response(NamedTuple):
+    """Frequencies in Hz, `relative` the largest |u - v| in m over the band around the onset.
+
+    `onset` is the frequency above which T < 1 on every path: the last stable crossing, or the
+    jump-down where a sweep falls through 1, but no less than where the settled plate isolates;
+    None where the resonance is unbounded. The peak is None where T nowhere exceeds 1 or is
+    unbounded.
+    """
+
+    onset: float | None
+    peak_hz: float | None
+    peak_height: float | None
+    jump_up: float | None
+    jump_down: float | None
+    relative: float | None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """c1 w + c3 w³ at damping ratio `zeta`, dimensionless by omega0 (rad/s) and length (m), under
+    a base amplitude `level` in the unit of `held`."""
+
+    c1: float
+    c3: float
+    zeta: float
+    omega0: float
+    length: float
+    level: float
+    held: str
+    c2: float = 0.0
+
+    @property
+    def settled(self) -> float:
+        """Onset at vanishing level, Hz, for c1 = 0: the even term c2 w² lets the plate settle at
+        w = -c2/c3 (erratum E20), where its stiffness is c2²/c3; T = 1 at sqrt(2) of that."""
+        if abs(self.c1) > FLAT or not self.c3 > 0.0:
+            return 0.0
+        return self.omega0 / (2.0 * math.pi) * math.sqrt(2.0 * self.c2**2 / self.c3)
+
+    @property
+    def amplitude_hat(self) -> float:
+        """Base displacement over length at omega0; it falls as Omega^-HELD[held]."""
+        return self.level / self.omega0 ** HELD[self.held] / self.length
+
+    @property
+    def critical_hat(self) -> float | None:
+        """Base amplitude (over length) from which the one-term peak is unbounded: 2 zeta over
+        sqrt(3/4 c3). Only a constant displacement has one, on a hardening law."""
+        if self.held != 'displacement' or not self.c3 > 0.0:
+            return None
+        return 2.0 * self.zeta / math.sqrt(0.75 * self.c3)
+
+    @property
+    def unbounded(self) -> bool:
+        """Whether the level reaches the critical amplitude; undamped, every level does."""
+        critical = self.critical_hat
+        return self.zeta == 0.0 or (critical is not None and self.amplitude_hat >= critical)
+
+    @property
+    def omega_onset(self) -> float | None:
+        """Onset over omega0, as `Response.onset`."""
+        if self.unbounded:
+            return None
+        law = (self.c1, self.c3, self.zeta, self.amplitude_hat, HELD[self.held])
+        crossing = onset_omega(*law) or 0.0
+        edges = folds(*law)
+        if not edges.size:
+            return crossing
+        below, above = (self._highest(edges * (1.0 + side)) for side in (-1e-9, 1e-9))
+        falls = edges[(below >= 1.0) & (above < 1.0)]
+        return max(crossing, *falls.tolist()) if falls.size else crossing
+
+    def response(self) -> Response:
+        """All figures."""
+        onset = self.omega_onset
+        if onset is None:
+            return Response(None, None, None, None, None, None)
+        to_hz = self.omega0 / (2.0 * math.pi)
+        law = (self.c1, self.c3, self.zeta, self.amplitude_hat, HELD[self.held])
+        top, edges = peak(*law), folds(*law) * to_hz
+        # a hardening law jumps up at the lower fold and down at the upper one
+        up, down = (float(edges[0]), float(edges[-1])) if edges.size > 1 else (None, None)
+        return Response(
+            max(onset * to_hz, self.settled),
+            top.omega * to_hz if top else None,
+            top.T if top else None,
+            up,
+            down,
+            self.relative_hat(onset) * self.length,
+        )
+
+    def relative_hat(self, onset: float) -> float:
+        """Largest stable relative amplitude over length, LOWEST to HIGHEST times the onset; where
+        there is none, around the resonance that the level would have."""
+        centre = onset or 2.0 * self.zeta
+        omega = np.geomspace(LOWEST * centre, HIGHEST * centre, POINTS)
+        law = (self.c1, self.c3, self.zeta, self.amplitude_hat, HELD[self.held])
+        edges = folds(*law)
+        omega = np.concatenate([omega, edges * (1.0 - 1e-9), edges * (1.0 + 1e-9)])
+        answer = self._answer(omega)
+        return float(np.max(np.where(answer.stable, answer.W, 0.0)))
+
+    def _answer(self, omega: Array) -> SingleTerm:
+        return single_term(
+            self.c1, self.c3, self.zeta, self.amplitude_hat * omega ** -HELD[self.held], omega
+        )
+
+    def _highest(self, omega: Array) -> Array:
+        answer = self._answer(omega)
+        return np.asarray(np.max(np.where(answer.stable, answer.T, 0.0), axis=1))

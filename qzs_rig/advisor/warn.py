@@ -1,0 +1,176 @@
+"""What to beware of in a platform, proposed or given. A new warning is one function and one line
+in WARNINGS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+from qzs_rig.advisor.orders import Order, orders
+from qzs_rig.advisor.proposal import REACH, Proposal
+from qzs_rig.advisor.response import Motion, Response
+from qzs_rig.gravity import GRAVITY
+from qzs_rig.mechanics.design import Design
+from qzs_rig.mechanics.platform import Platform
+from qzs_rig.mechanics.statics import saturated_load
+from qzs_rig.parameters import RunSpec
+
+ZERO = 1e-9
+"""A stiffness over k1 that is no stiffness: rounding of lengths given in metres."""
+QUASI_ZERO = 0.05
+"""A stiffness over k1 that still is quasi-zero."""
+LOAD_TOLERANCE = 0.02
+"""Relative mismatch of static load and weight that a trim of the springs takes up."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A platform with its payload (kg), its level and the stroke it must allow (m, or None)."""
+
+    design: Design
+    k1: float
+    L20: float
+    mass: float
+    motion: Motion | None  # None: nothing moves the base vertically
+    stroke: float | None
+
+    @cached_property
+    def response(self) -> Response | None:
+        """Figures of the vertical motion."""
+        return self.motion.response() if self.motion else None
+
+    @cached_property
+    def orders(self) -> list[Order]:
+        """Springs for it under its own static load."""
+        return orders(self.design, self.k1, self.L20, self.carries * GRAVITY)
+
+    @property
+    def carries(self) -> float:
+        """Mass (kg) that rests at the working point: b k1 L20 = k3 L1 (8)."""
+        return self.design.b * self.k1 * self.L20 / GRAVITY
+
+    @property
+    def saturation(self) -> float:
+        """Mass (kg) at which (24) saturates."""
+        return saturated_load(self.design) * self.k1 * self.L20 / GRAVITY
+
+    @classmethod
+    def proposed(cls, p: Proposal) -> Case:
+        """The case of a proposal."""
+        return cls(p.design, p.k1, p.L20, p.wish.mass, p.motion, p.wish.stroke)
+
+    @classmethod
+    def of_spec(cls, spec: RunSpec, stroke: float | None = None) -> Case:
+        """The case of a scenario: its platform under its vertical excitation."""
+        platform = Platform.from_spec(spec)
+        level = spec.number('excitation.amplitude.vertical')
+        L20 = spec.number('platform.L20')
+        held = spec.text('excitation.quantity')
+        law = (*platform.cubic[0], platform.zeta[0], platform.omega0[0])
+        c2 = 0.0 if platform.rest[0] else platform.law.taylor(platform.design)[0][1]
+        motion = Motion(*law, L20, level, held, c2) if level else None
+        return cls(platform.design, platform.stiffness[0], L20, platform.mass[0], motion, stroke)
+
+
+def negative_stiffness(case: Case) -> str | None:
+    """(16) below zero: the plate snaps through."""
+    A, k3, _, _, a, _ = case.design
+    K = 1.0 + A - A / a + k3
+    if K < -ZERO:
+        return (
+            f'vertical stiffness at the working point is {K:.4g} k1, negative: the plate snaps '
+            f'aside; (16) wants A = {(1.0 + k3) * a / (1.0 - a):.6g}, not {A:.6g}'
+        )
+    return None
+
+
+def stiff(case: Case) -> str | None:
+    """(16) above zero: no quasi-zero stiffness."""
+    A, k3, _, _, a, _ = case.design
+    K = 1.0 + A - A / a + k3
+    if K > QUASI_ZERO:
+        return (
+            f'vertical stiffness at the working point is {K:.4g} k1, not quasi-zero; (16) wants '
+            f'A = {(1.0 + k3) * a / (1.0 - a):.6g}, not {A:.6g}'
+        )
+    return None
+
+
+def tipping(case: Case) -> str | None:
+    """(19): k3_hat below A L0_hat."""
+    A, k3, _, L0, _, _ = case.design
+    if k3 - A * L0 < -ZERO:
+        return (
+            f'the plate tips over: k3_hat = {k3:.4g} is below A L0_hat = {A * L0:.4g} (19), '
+            f'stiffness {k3 - A * L0:.4g} k1 L20 L0 in horizontal rotation (E7); '
+            f'L0 up to {k3 / A * case.L20:.4g} m stands'
+        )
+    return None
+
+
+def load(case: Case) -> str | None:
+    """The static load against the weight."""
+    ratio = case.carries / case.mass
+    if abs(ratio - 1.0) <= LOAD_TOLERANCE:
+        return None
+    k3 = case.mass * GRAVITY / (case.design.L1 * case.L20)
+    what = 'insufficient load capacity' if ratio < 1.0 else 'payload too light'
+    return (
+        f'{what}: at the working point the springs carry {case.carries:.1f} kg (b k1 L20, E21), '
+        f'the payload is {case.mass:.1f} kg; k3 = {k3:.5g} N/m carries it'
+    )
+
+
+def critical(case: Case) -> str | None:
+    """The level against the critical amplitude."""
+    motion = case.motion
+    if motion is None or not motion.unbounded or motion.critical_hat is None:
+        return None
+    return (
+        f'{motion.level:g} m is beyond the critical amplitude {motion.critical_hat * case.L20:.4g} '
+        'm (2 zeta L20/sqrt(3/4 c3)): in one-term theory the resonance has no peak and no '
+        'jump-down; lower the displacement, damp more, or hold the acceleration constant'
+    )
+
+
+def stress(case: Case) -> str | None:
+    """Springs that nobody can make."""
+    failing = [f'{o.spring}: {o.text}' for o in case.orders if not o.fits]
+    return f'spring stress: {"; ".join(failing)}' if failing else None
+
+
+def swing(case: Case) -> str | None:
+    """Relative motion against stroke and geometry."""
+    moves = case.response.relative if case.response else None
+    wide = max(moves or 0.0, case.stroke or 0.0)
+    if case.stroke is not None and moves is not None and moves > case.stroke * (1.0 + 1e-6):
+        return f'the plate swings {moves:.4g} m, beyond the stroke of {case.stroke:g} m'
+    if wide > case.design.L1 * case.L20:
+        return (
+            f'{wide:.4g} m is beyond the geometry: the central spring is slack at '
+            f'{case.design.L1 * case.L20:.4g} m (L1)'
+        )
+    if wide > REACH * case.L20 * (1.0 + 1e-6):
+        return (
+            f'{wide:.4g} m is {wide / case.L20:.2g} L20: beyond {REACH:g} L20 the law is stiff and '
+            'no longer cubic (E22), so theory misleads; lengthen L20 or lower the level'
+        )
+    return None
+
+
+WARNINGS: dict[str, Callable[[Case], str | None]] = {
+    'negative stiffness': negative_stiffness,
+    'not quasi-zero': stiff,
+    'tipping': tipping,
+    'load': load,
+    'critical amplitude': critical,
+    'spring stress': stress,
+    'stroke': swing,
+}
+
+
+def warnings(case: Case) -> dict[str, str]:
+    """What applies, by name."""
+    said = {name: rule(case) for name, rule in WARNINGS.items()}
+    return {name: text for name, text in said.items() if text}

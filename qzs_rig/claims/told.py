@@ -1,0 +1,35 @@
+"""The verdicts as a table and as a document."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from qzs_rig.claims import CLAIMS
+from qzs_rig.claims.verdict import Verdict
+from qzs_rig.compare.tables import Table
+
+
+def verdicts() -> dict[str, Verdict]:
+    """Every check of CLAIMS, performed."""
+    return {name: check() for name, check in CLAIMS.items()}
+
+
+def table(found: dict[str, Verdict]) -> Table:
+    """One row a claim, for report and terminal."""
+    rows = tuple((name, v.verdict, v.claim, figures(v)) for name, v in found.items())
+    header = ('id', 'verdict', 'the paper says', 'found')
+    return Table('Claims of the paper', header, rows, labels=4)
+
+
+def document(found: dict[str, Verdict]) -> list[dict[str, Any]]:
+    """The list that --json prints."""
+    return [
+        {'id': name, 'claim': v.claim, 'verdict': v.verdict, 'figures': v.figures, 'how': v.how}
+        for name, v in found.items()
+    ]
+
+
+def figures(verdict: Verdict) -> str:
+    """The numbers in one line; a rounding residue is a zero."""
+    items = verdict.figures.items()
+    return ', '.join(f'{name}: {0 if abs(v) < 1e-14 else v:.4g}' for name, v in items)

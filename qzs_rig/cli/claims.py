@@ -1,0 +1,50 @@
+"""`qzs-rig claims`: what the paper says, and what its own equations say."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import textwrap
+from collections.abc import Mapping
+from typing import Any
+
+from qzs_rig.claims import told
+from qzs_rig.claims.verdict import Verdict
+from qzs_rig.cli import options as shared
+
+WIDTH = 100
+
+
+def add_to(verbs: Any) -> None:
+    """`claims` on the command line."""
+    command = verbs.add_parser(
+        'claims',
+        help="the paper's claims checked: reproduced, not reproduced, or cannot tell",
+        description="Check the paper's claims one by one, with its own Table 1 and Table 3.",
+    )
+    shared.as_json(command)
+    command.set_defaults(execute=execute)
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Check, print; a claim that fails is a result, not an error."""
+    found = told.verdicts()
+    print(json.dumps(told.document(found), allow_nan=False) if options.json else _text(found))
+    return 0
+
+
+def _text(found: Mapping[str, Verdict]) -> str:
+    """A heading a claim, then what it says, what was found and how, wrapped."""
+    lines = []
+    for name, verdict in found.items():
+        lines.append(f'{name}  {verdict.verdict}')
+        for label, words in (
+            ('claim', verdict.claim),
+            ('found', told.figures(verdict)),
+            ('how', verdict.how),
+        ):
+            indent = f'    {label:7}'
+            lines += textwrap.wrap(
+                words, WIDTH, initial_indent=indent, subsequent_indent=' ' * len(indent)
+            )
+    return '\n'.join(lines)

@@ -1,0 +1,88 @@
+"""Claims C1 to C6, each recomputed from closed forms that share nothing with the checks."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+
+from qzs_rig.claims import CLAIMS
+from qzs_rig.claims.told import document, table, verdicts
+
+A, K3, L1, HALF = 1.1, 0.1, math.sqrt(0.75), 0.5
+
+
+@pytest.fixture(scope='module')
+def found():
+    return verdicts()
+
+
+def test_every_claim_says_what_and_how(found):
+    assert list(found) == list(CLAIMS)
+    for item in document(found):
+        assert item['verdict'] in {'reproduced', 'not reproduced', 'cannot tell'}
+        assert item['figures'] and item['how'] and item['claim']
+        assert all(isinstance(value, float) for value in item['figures'].values())
+    assert len(table(found).rows) == len(CLAIMS)
+
+
+def test_c1_range_is_the_nearer_root_of_9(found):
+    figures = found['C1'].figures
+    assert found['C1'].verdict == 'reproduced'
+    reached = []
+    for k3, name in ((0.1, '1.1'), (0.5, '1.5'), (1.0, '2')):
+        A = (1.0 + k3) * HALF / (1.0 - HALF)
+        x = -figures[f'|K| <= 0.05 up to, A = {name}']
+        cube = (x * x + HALF**2) ** 1.5
+        K = 1.0 + A + (-A * HALF**2 + k3 * HALF * (HALF**2 - x * L1)) / cube
+        assert figures[f'stiffness at 0, A = {name}'] == pytest.approx(0.0, abs=1e-12)
+        assert abs(K - 0.05) < 1e-9
+        reached.append(-x)
+    assert reached == sorted(reached, reverse=True)
+
+
+def test_c2_is_zero_by_a_sign(found):
+    assert found['C2'].verdict == 'not reproduced'
+    assert list(found['C2'].figures.values()) == pytest.approx([0.0, 2.0 * A * HALF**2], abs=1e-12)
+
+
+def test_c3_vertical_deviation(found):
+    def exact(x):
+        root = math.sqrt(x * x + HALF**2)
+        return x + A * x * (1.0 - 1.0 / root) + K3 * HALF / root * (x + L1) - K3 * L1
+
+    def cubic(x):
+        c3 = A / (2.0 * HALF**3) - K3 / (2.0 * HALF**2)
+        return c3 * x**3 - K3 * L1 / (2.0 * HALF**2) * x * x
+
+    x = [0.4 * k / 1000 for k in range(-1000, 1001)]
+    difference = max(abs(exact(v) - cubic(v)) for v in x)
+    relative = difference / max(abs(exact(v)) for v in x)
+    assert found['C3'].figures['vertical over 0.4'] == pytest.approx(relative, rel=1e-9)
+    assert found['C3'].verdict == 'not reproduced' and relative > 0.035
+
+
+def test_c4_both_loads(found):
+    kg = 20000.0 * 0.6 / 9.80665
+    expected = [0.05, 0.1 * 3.0 * 0.5 / math.sqrt(9.25), 0.05 * kg, 0.1 * L1 * kg]
+    assert list(found['C4'].figures.values()) == pytest.approx(expected, rel=1e-12)
+    assert found['C4'].verdict == 'reproduced'
+
+
+def test_c5_rates(found):
+    rates = [79380.0 * d**4 / (8 * n * D**3) * 1e3 for d, D, n in ((10, 60, 23), (8, 35, 42))]
+    assert list(found['C5'].figures.values()) == pytest.approx(rates, rel=1e-12)
+    assert [round(rate) for rate in rates] == [19973, 22570]
+    assert found['C5'].verdict == 'reproduced'
+
+
+def test_c6_radians(found):
+    assert list(found['C6'].figures.values()) == pytest.approx([20.0, 10.0 / math.pi], rel=1e-12)
+    assert found['C6'].verdict == 'not reproduced'
+
+
+def test_a_report_waits_little_for_the_claims():
+    began = time.process_time()
+    verdicts()
+    assert time.process_time() - began < 0.05
