@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from abc import abstractmethod
 from functools import partial
 
 from qzs_rig import wire
@@ -44,17 +45,17 @@ class Follower(RigNode):
 
     # --- what a subclass gives
 
+    @abstractmethod
     def endpoints(self, sheet: RunSheet) -> list[str]:
         """Labels of the endpoints that must be matched before this node is ready."""
-        raise NotImplementedError
 
+    @abstractmethod
     def armed(self, sheet: RunSheet) -> None:
         """Build everything for the run on `sheet`, which now has its start and its whole spec."""
-        raise NotImplementedError
 
+    @abstractmethod
     def conclude(self, sheet: RunSheet) -> None:
         """The run on `sheet` is over, finished or aborted: keep what there is."""
-        raise NotImplementedError
 
     def details(self) -> dict[str, str]:
         """Counters for the status."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import time
 import uuid
+from abc import abstractmethod
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -73,25 +74,25 @@ class Lead(RigNode):
 
     # --- what a subclass gives
 
+    @abstractmethod
     def prepare(self) -> RunSheet:
         """A sheet for the run to come: mode, step, samples, own sections of the RunSpec."""
-        raise NotImplementedError
 
+    @abstractmethod
     def endpoints(self) -> list[str]:
         """Labels of the data publishers that must be matched before the start."""
-        raise NotImplementedError
 
+    @abstractmethod
     def feed(self, n: int) -> int:
         """Publish up to `n` further samples; returns how many."""
-        raise NotImplementedError
 
+    @abstractmethod
     def arm(self, start_ns: int) -> int:
         """The run starts at about `start_ns`; returns the stamp of sample 0."""
-        raise NotImplementedError
 
+    @abstractmethod
     def soft_stop(self) -> int:
         """Ramp down; returns the number of samples that the run has now."""
-        raise NotImplementedError
 
     # --- the run
 

@@ -87,7 +87,6 @@ def test_the_summary_says_what_the_library_says(told):
 
 
 def test_files(told, tmp_path):
-    pytest.importorskip('matplotlib')
     code, out, _ = told('statics', '--out', str(tmp_path / 'one'), '--json')
     assert code == 0
     names = {path.name for path in (tmp_path / 'one').iterdir()}
