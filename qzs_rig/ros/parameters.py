@@ -38,7 +38,8 @@ def declare(node: Node, sections: tuple[str, ...], own: Iterable[Parameter]) -> 
     if unknown:
         raise InputError(unknown_parameter(unknown[0], [p.name for p in table]))
     mine = [p for p in table if p.section in sections or p in (*NODE_PARAMETERS, *own)]
-    names = {p.name for p in mine}
+    names = {p.name for p in table}
+    # other sections count too: the exciter weighs the payload against the shaker's force
     spec = RunSpec.of(table, {name: value for name, value in given.items() if name in names})
     for parameter in mine:
         node.declare_parameter(parameter.name, spec.get(parameter.name), _descriptor(parameter))
