@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -55,12 +56,10 @@ class McapSource:
         self._lenient = lenient
         self._pieces: list[Piece] = []
         self._declarations = Declarations(limits)
-        self._file = path.open('rb')
-        try:
+        with ExitStack() as on_failure:
+            self._file = on_failure.enter_context(path.open('rb'))
             self._open()
-        except BaseException:
-            self._file.close()
-            raise
+            on_failure.pop_all()  # it stays open until `close`
 
     @property
     def channels(self) -> dict[int, Channel]:
