@@ -47,7 +47,7 @@ HOMES = {
     'zstandard': {'bag'},
     'plotly': {'compare'},
     'matplotlib': {'compare', 'datasheet'},
-    'numba': {'mechanics'},
+    'numba': {'mechanics', 'theory'},
     'tqdm': {'cli'},
     'scipy': set(),
     'pandas': set(),

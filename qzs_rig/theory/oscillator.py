@@ -1,0 +1,95 @@
+"""The one thing every theory tool solves: a single degree of freedom, driven harmonically."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from qzs_rig.dof import DOFS
+from qzs_rig.errors import InputError
+from qzs_rig.mechanics.design import Design
+from qzs_rig.mechanics.platform import Platform
+from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.parameters import RunSpec
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """w'' + 2 ζ w' + F(w) - load = Ĥ Ω^(2 - falloff) cos Ωτ, Eq (27) made nondimensional.
+
+    The base moves as v = Ĥ Ω^-falloff cos Ωτ and the top as u = v + w: `falloff` 0, 1 and 2 hold
+    the base displacement, velocity and acceleration constant over frequency (2 is also the plain
+    forced oscillator under Ĥ cos Ωτ). w is in units of L20, rotations in rad; vertical is positive
+    downward. τ is in units of 1/omega0. `load` is weight that the springs do not balance.
+    """
+
+    law: RestoringLaw
+    dof: str
+    design: Design
+    zeta: float
+    amplitude: float
+    load: float = 0.0
+    falloff: int = 0
+
+    def __post_init__(self) -> None:
+        if self.dof not in DOFS:
+            raise InputError(f'degree of freedom {self.dof!r} is unknown; give {", ".join(DOFS)}')
+        if self.falloff not in (0, 1, 2):
+            raise InputError(f'falloff is {self.falloff}; give 0, 1 or 2')
+        for name in ('zeta', 'amplitude'):
+            value = getattr(self, name)
+            if not (value >= 0 and np.isfinite(value)):
+                raise InputError(f'{name} is {value}; theory needs a number 0 or more')
+
+    @classmethod
+    def of(cls, spec: RunSpec, dof: str, amplitude: float, falloff: int = 0) -> Oscillator:
+        """The degree of freedom `dof` of a run's platform under base amplitude Ĥ."""
+        platform = Platform.from_spec(spec)
+        k = DOFS.index(dof) if dof in DOFS else 0
+        return cls(
+            law=platform.law,
+            dof=dof,
+            design=platform.design,
+            zeta=platform.zeta[k],
+            amplitude=amplitude,
+            load=platform.load[k],
+            falloff=falloff,
+        )
+
+    @property
+    def number(self) -> int:
+        """Place of the degree of freedom in DOFS."""
+        return DOFS.index(self.dof)
+
+    @property
+    def domain(self) -> float:
+        """The law holds for |w| below this."""
+        return self.law.domain[self.number]
+
+    def force(self, w: Any) -> Any:
+        """F(w) - load at w of any shape, complex ones too."""
+        return self.law.bind(np.sqrt)[self.number](self.design, w) - self.load
+
+    def stiffness(self, w: Any) -> Any:
+        """Slope of `force`."""
+        return self.law.stiffnesses[self.number](self.design, w)
+
+    def drive(self, omega: Any) -> Any:
+        """Amplitude of the right-hand side, Ĥ Ω^(2 - falloff)."""
+        return self.amplitude * omega ** (2 - self.falloff)
+
+    def base(self, omega: Any) -> Any:
+        """Amplitude of v."""
+        return self.amplitude * omega ** float(-self.falloff)
+
+
+def oscillator(
+    law: str, dof: str, design: Design, zeta: float, amplitude: float, falloff: int = 0
+) -> Oscillator:
+    """An Oscillator by the name of its law."""
+    if law not in RESTORING:
+        raise InputError(f'law {law!r} is unknown; give one of {", ".join(RESTORING)}')
+    return Oscillator(RESTORING[law], dof, design, zeta, amplitude, falloff=falloff)
