@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from qzs_rig.claims import told
+from qzs_rig.claims import STATIC, told
 from qzs_rig.cli.options import show
 from qzs_rig.compare.cases import theory_of
 from qzs_rig.compare.report import event_table, write_report
@@ -41,7 +41,7 @@ def write_run_report(
         [(document['run_id'], estimate)],
         theory=theory_of(spec),
         facts=_facts(document, spec),
-        tables=[told.table(told.verdicts())],
+        tables=[told.table(told.verdicts(STATIC))],
     )
 
 

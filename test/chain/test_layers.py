@@ -24,6 +24,7 @@ LAYERS = (
     {'rig', 'offline'},
     {'compare', 'ros'},
     {'datasheet', 'claims', 'advisor'},
+    {'paper_figures'},
     {'cli'},
 )
 """From the ground up. A module imports from the layers below its own, and from its own package."""
