@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from qzs_rig import rig, scenario
@@ -22,8 +21,6 @@ SWEEP = {
 LEVEL = 1.0
 """Base acceleration in m/s²: 0.1 m at 0.5 Hz; 0.1 m at 20 Hz, as printed, no shaker does (E12)."""
 
-Progress = Callable[[str], None]
-
 
 @dataclass(frozen=True)
 class Measured:
@@ -36,11 +33,10 @@ class Measured:
     theory: list[TheoryCurve]
 
 
-def against_linear(progress: Progress) -> Measured:
+def against_linear() -> Measured:
     """Figure 22: the QZS platform and its leaf springs alone, forward sweeps."""
     estimates, theory = [], []
     for name, law in (('QZS', 'corrected'), ('leaf springs alone', 'linear')):
-        progress(name)
         spec, estimate = _run(law)
         estimates.append((name, _forward(estimate)))
         theory += [replace(c, label=f'{c.label}, {name}') for c in theory_of(spec)]
@@ -53,9 +49,8 @@ def against_linear(progress: Progress) -> Measured:
     )
 
 
-def directions(progress: Progress) -> Measured:
+def directions() -> Measured:
     """Figure 23: forward and reverse sweep of the QZS platform."""
-    progress('QZS')
     spec, estimate = _run('corrected')
     return Measured(
         'figure_23',
