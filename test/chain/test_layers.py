@@ -23,8 +23,8 @@ LAYERS = (
     {'analysis', 'recording'},
     {'rig', 'offline'},
     {'compare', 'ros'},
-    {'datasheet', 'claims', 'advisor'},
-    {'paper_figures'},
+    {'drawing', 'claims'},
+    {'datasheet', 'advisor', 'paper_figures'},
     {'cli'},
 )
 """From the ground up. A module imports from the layers below its own, and from its own package."""
@@ -47,7 +47,7 @@ HOMES = {
     'mcap': {'bag'},
     'zstandard': {'bag'},
     'plotly': {'compare'},
-    'matplotlib': {'compare', 'datasheet'},
+    'matplotlib': {'compare', 'drawing'},
     'numba': {'mechanics', 'theory'},
     'tqdm': {'cli'},
     'scipy': set(),

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE
-from qzs_rig.datasheet.figures import Line, Panel, Sheet
-from qzs_rig.datasheet.still import LINE_WIDTHS, hue, one_key
+from qzs_rig.drawing.sheet import Line, Panel, Sheet
+from qzs_rig.drawing.still import LINE_WIDTHS, hue, one_key
 from qzs_rig.timehistory import Array
 
-KEYS = {'broad': '▬▬', 'solid': '━━', 'dashed': '╌╌', 'dotted': '┈┈'}
+KEYS = {'broad': '▬▬', 'solid': '━━', 'dashed': '╌╌', 'dotted': '┈┈', 'points': '··'}
 GRID_STYLE = (
     'display:grid;gap:4px 14px;grid-template-columns:repeat(auto-fit,minmax(min({}px,100%),1fr))'
 )
@@ -52,7 +52,8 @@ def _plot(name: str, sheet: Sheet, panel: Panel) -> str:
 def _trace(line: Line) -> dict[str, Any]:
     return {
         'type': 'scatter',
-        'mode': 'lines',
+        'mode': 'markers' if line.stroke == 'points' else 'lines',
+        'marker': {'color': hue(line), 'size': 3},
         'x': _numbers(line.x),
         'y': _numbers(line.y),
         'name': line.label,
@@ -76,8 +77,10 @@ def _layout(sheet: Sheet, panel: Panel) -> dict[str, Any]:
         'hovermode': 'x unified',
         'plot_bgcolor': '#fff',
         'paper_bgcolor': '#fff',
-        'xaxis': axis | {'title': {'text': panel.x_label, 'standoff': 6}},
-        'yaxis': axis | {'title': {'text': panel.y_label, 'standoff': 4}},
+        'xaxis': axis
+        | {'title': {'text': panel.x_label, 'standoff': 6}, 'type': _scale(panel.log_x)},
+        'yaxis': axis
+        | {'title': {'text': panel.y_label, 'standoff': 4}, 'type': _scale(panel.log_y)},
     }
 
 
@@ -85,7 +88,12 @@ def _key(lines: tuple[Line, ...]) -> str:
     return ' '.join(
         f'<span><b style="color:{hue(line)}">{KEYS[line.stroke]}</b> {escape(line.label)}</span>'
         for line in lines
+        if line.label
     )
+
+
+def _scale(log: bool) -> str:
+    return 'log' if log else 'linear'
 
 
 def _dash(line: Line) -> str:
