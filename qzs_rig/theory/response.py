@@ -124,9 +124,14 @@ def frequency_response(
         search.Range(oscillator, low, high, harmonics, tolerance), tracer, isolas, tell
     )
     tell(0.8, 'events')
-    branches = tuple(_branch(oscillator, path, odd) for path, odd in paths)
+    floquets = [floquet(oscillator, path.omega, path.coefficients, odd) for path, odd in paths]
+    branches = tuple(
+        _branch(oscillator, *path, own) for path, own in zip(paths, floquets, strict=True)
+    )
     events = tuple(
-        event for k, branch in enumerate(branches) for event in _events(oscillator, k, branch)
+        event
+        for k, (branch, own) in enumerate(zip(branches, floquets, strict=True))
+        for event in _events(oscillator, k, branch, own)
     )
     onset = sorted(w for branch in branches for w in _onsets(oscillator, branch))
     early = {reason for b in branches for reason in b.reasons} - set(search.GOOD_ENDS)
@@ -142,9 +147,8 @@ def frequency_response(
     )
 
 
-def _branch(oscillator: Oscillator, path: Followed, odd: bool) -> Branch:
+def _branch(oscillator: Oscillator, path: Followed, odd: bool, floquets: Floquet) -> Branch:
     ratio = transmissibility(oscillator, path.omega, path.coefficients)
-    floquets = _floquet(oscillator, path, odd)
     phase = np.degrees(np.angle(ratio))
     return Branch(
         omega=path.omega,
@@ -160,11 +164,7 @@ def _branch(oscillator: Oscillator, path: Followed, odd: bool) -> Branch:
     )
 
 
-def _floquet(oscillator: Oscillator, path: Followed, odd: bool) -> Floquet:
-    return floquet(oscillator, path.omega, path.coefficients, odd)
-
-
-def _events(oscillator: Oscillator, number: int, branch: Branch) -> list[Event]:
+def _events(oscillator: Oscillator, number: int, branch: Branch, floquets: Floquet) -> list[Event]:
     found: list[tuple[int, Event]] = []
     rising = np.diff(branch.omega) > 0
     turns = np.flatnonzero(rising[:-1] != rising[1:]) + 1
@@ -175,7 +175,7 @@ def _events(oscillator: Oscillator, number: int, branch: Branch) -> list[Event]:
                 found.append((int(place), _event(oscillator, 'fold', number, located)))
                 break
     kind = 'symmetry_breaking' if branch.symmetric else 'period_doubling'
-    other = floquet(oscillator, branch.omega, branch.coefficients, branch.symmetric).other
+    other = floquets.other
     for k in np.flatnonzero((other[:-1] > 0) != (other[1:] > 0)):
         located = _at(oscillator, branch, int(k), doubling)
         if located is not None:
