@@ -17,6 +17,7 @@ from qzs_rig.cli import (
     compare,
     design,
     figures,
+    frf,
     modes,
     replay,
     rig,
@@ -30,7 +31,7 @@ from qzs_rig.errors import RigError
 
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
-    *(statics, modes, springs, design, claims, figures, scenarios),
+    *(statics, modes, springs, design, claims, scenarios, frf, figures),
 )
 
 EPILOG = """\

@@ -13,7 +13,14 @@ from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.drawing.still import LINE_WIDTHS, hue, one_key
 from qzs_rig.timehistory import Array
 
-KEYS = {'broad': '▬▬', 'solid': '━━', 'dashed': '╌╌', 'dotted': '┈┈', 'points': '··'}
+KEYS = {
+    'broad': '▬▬',
+    'solid': '━━',
+    'dashed': '╌╌',
+    'dotted': '┈┈',
+    'marks': '●',
+    'points': '··',
+}
 GRID_STYLE = (
     'display:grid;gap:4px 14px;grid-template-columns:repeat(auto-fit,minmax(min({}px,100%),1fr))'
 )
@@ -52,8 +59,8 @@ def _plot(name: str, sheet: Sheet, panel: Panel) -> str:
 def _trace(line: Line) -> dict[str, Any]:
     return {
         'type': 'scatter',
-        'mode': 'markers' if line.stroke == 'points' else 'lines',
-        'marker': {'color': hue(line), 'size': 3},
+        'mode': 'markers' if line.stroke in ('marks', 'points') else 'lines',
+        'marker': {'color': hue(line), 'size': 3 if line.stroke == 'points' else 6},
         'x': _numbers(line.x),
         'y': _numbers(line.y),
         'name': line.label,
@@ -74,14 +81,17 @@ def _layout(sheet: Sheet, panel: Panel) -> dict[str, Any]:
         'font': {'family': FONT, 'size': 12, 'color': INK},
         'margin': {'l': 52, 'r': 8, 't': 26, 'b': 40},
         'showlegend': False,
-        'hovermode': 'x unified',
+        # unified over x would tell every fold of a curve that turns back
+        'hovermode': 'closest' if panel.log else 'x unified',
         'plot_bgcolor': '#fff',
         'paper_bgcolor': '#fff',
-        'xaxis': axis
-        | {'title': {'text': panel.x_label, 'standoff': 6}, 'type': _scale(panel.log_x)},
-        'yaxis': axis
-        | {'title': {'text': panel.y_label, 'standoff': 4}, 'type': _scale(panel.log_y)},
+        'xaxis': axis | _scale('x', panel) | {'title': {'text': panel.x_label, 'standoff': 6}},
+        'yaxis': axis | _scale('y', panel) | {'title': {'text': panel.y_label, 'standoff': 4}},
     }
+
+
+def _scale(axis: str, panel: Panel) -> dict[str, str]:
+    return {'type': 'log'} if axis in panel.log else {}
 
 
 def _key(lines: tuple[Line, ...]) -> str:
@@ -90,10 +100,6 @@ def _key(lines: tuple[Line, ...]) -> str:
         for line in lines
         if line.label
     )
-
-
-def _scale(log: bool) -> str:
-    return 'log' if log else 'linear'
 
 
 def _dash(line: Line) -> str:

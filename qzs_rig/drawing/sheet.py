@@ -8,7 +8,8 @@ from qzs_rig.timehistory import Array
 
 
 class Line(NamedTuple):
-    """One curve; `style` counts colours, `stroke` is broad, solid, dashed, dotted or points.
+    """One curve; `style` counts colours, `stroke` is broad, solid, dashed, dotted, marks or (many small)
+    points.
 
     A line without a label is not named in the key.
     """
@@ -21,14 +22,13 @@ class Line(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """One pair of axes, logarithmic where it says so."""
+    """One pair of axes; `log` names those that are logarithmic: '', 'x', 'y' or 'xy'."""
 
     title: str
     x_label: str
     y_label: str
     lines: tuple[Line, ...]
-    log_x: bool = False
-    log_y: bool = False
+    log: str = ''
 
 
 class Sheet(NamedTuple):

@@ -14,7 +14,14 @@ if TYPE_CHECKING:
 PALE = '#a9cbe6'
 HUES = ('#0b62a4', '#c2410c', '#1b9e8a', '#7b6cc4', '#8a6d1d', '#5f6b76')
 WIDTHS = {1: 7.2, 2: 4.6, 3: 3.8, 4: 3.3}
-LINE_WIDTHS = {'broad': 4.0, 'solid': 1.8, 'dashed': 1.6, 'dotted': 2.2, 'points': 0.0}
+LINE_WIDTHS = {
+    'broad': 4.0,
+    'solid': 1.8,
+    'dashed': 1.6,
+    'dotted': 2.2,
+    'marks': 0.0,
+    'points': 0.0,
+}
 
 
 def still(sheet: Sheet, kind: str) -> bytes:
@@ -58,13 +65,13 @@ def one_key(sheet: Sheet) -> bool:
 
 def _panel(axes: Axes, panel: Panel, own_key: bool) -> None:
     # the axes through 0, or T = 1 where the scale knows no 0
-    axes.axhline(float(panel.log_y), color=UNIT_LINE, linewidth=0.8, zorder=0)
-    if not panel.log_x:
+    axes.axhline(1.0 if 'y' in panel.log else 0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
+    if 'x' not in panel.log:
         axes.axvline(0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
     for line in panel.lines:
         axes.plot(line.x, line.y, label=line.label or None, color=hue(line), **_stroke(line))
-    axes.set_xscale('log' if panel.log_x else 'linear')
-    axes.set_yscale('log' if panel.log_y else 'linear')
+    axes.set_xscale('log' if 'x' in panel.log else 'linear')
+    axes.set_yscale('log' if 'y' in panel.log else 'linear')
     axes.set_title(panel.title, loc='left', color=INK, fontsize=9.0)
     axes.set_xlabel(panel.x_label)
     axes.set_ylabel(panel.y_label)
@@ -81,4 +88,6 @@ def _stroke(line: Line) -> dict[str, Any]:
     if line.stroke == 'points':
         return {'linestyle': '', 'marker': '.', 'markersize': 1.6, 'markeredgewidth': 0.0}
     dashes = {'dashed': (0, (5, 2)), 'dotted': (0, (1.2, 1.4))}
+    if line.stroke == 'marks':
+        return {'linestyle': '', 'marker': 'o', 'markersize': 4.5}
     return {'linestyle': dashes.get(line.stroke, '-'), 'linewidth': LINE_WIDTHS[line.stroke]}
