@@ -9,7 +9,6 @@ commute with their own commutators, which this drift, linear in w', does not dis
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from qzs_rig.timehistory import Array
 
@@ -51,17 +50,3 @@ def kick_cosines(steps: int) -> Array:
     """(11 steps + 1,) cos Ωτ at those kicks, the same for every frequency."""
     when = np.concatenate([[0.0], np.cumsum(np.tile(DRIFTS, steps))]) / steps
     return np.asarray(np.cos(2.0 * np.pi * when))
-
-
-def decays(zeta: ArrayLike, h: ArrayLike) -> Array:
-    """(11, n) what each drift of steps `h` (n,) leaves of w'."""
-    return np.asarray(np.exp(-2.0 * np.multiply.outer(DRIFTS, np.multiply(zeta, h))))
-
-
-def reaches(zeta: ArrayLike, h: ArrayLike) -> Array:
-    """(11, n) what each drift adds to w for every unit of w'."""
-    s = np.multiply.outer(DRIFTS, h)
-    rate = 2.0 * np.asarray(zeta)
-    with np.errstate(divide='ignore', invalid='ignore'):
-        damped = -np.expm1(-rate * s) / rate
-    return np.where(rate == 0.0, s, damped)

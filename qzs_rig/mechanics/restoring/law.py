@@ -31,9 +31,10 @@ class RestoringLaw:
     """One family of force and torque laws, in the order of DOFS.
 
     `around(rsqrt)` returns the four forces around a reciprocal square root (see roots), of which
-    compiled code has a fast one; `stiffnesses` and `potentials` are numpy's. `taylor(design)` gives (c1, c2, c3) of
-    c1 w + c2 w² + c3 w³ for each degree of freedom. The law holds for |w| < `domain`.
-    `weighted`: the source's vertical law carries the payload, F(0) = b; here it is taken off.
+    compiled code has a fast one; `stiffnesses` and `potentials` are numpy's. `taylor(design)`
+    gives (c1, c2, c3) of c1 w + c2 w² + c3 w³ for each degree of freedom. The law holds for
+    |w| < `domain`. `weighted`: the source's vertical law carries the payload, F(0) = b; here it is
+    taken off.
     """
 
     name: str
