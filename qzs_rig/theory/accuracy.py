@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +67,7 @@ def strobe_within(
     """
     if not error > 0.0:
         raise InputError(f'error {error:g}; give what w may be off, for instance 1e-6')
-    how = {'periods': periods, 'keep': keep, 'early': early, 'workers': workers}
+    how: dict[str, Any] = {'periods': periods, 'keep': keep, 'early': early, 'workers': workers}
     how['tolerance'] = min(RETURN, 0.1 * error)
     # a step that serves one frequency is too long for a much lower one
     octave = np.round(np.log2(lanes.omega) * 3.0)
@@ -97,7 +99,7 @@ def cheapest_steps(lanes: Lanes, error: float) -> int:
     return LADDER[-1]
 
 
-def _checked(lanes: Lanes, error: float, how: dict[str, object]) -> Stroboscope:
+def _checked(lanes: Lanes, error: float, how: Mapping[str, Any]) -> Stroboscope:
     steps = cheapest_steps(lanes, error)
     coarse = _run(lanes, max(2, round(COARSER * steps)), how)
     fine = _run(lanes, steps, how)
@@ -115,8 +117,8 @@ def _checked(lanes: Lanes, error: float, how: dict[str, object]) -> Stroboscope:
     return fine
 
 
-def _run(lanes: Lanes, steps: int, how: dict[str, object]) -> Stroboscope:
-    return strobe(lanes, steps=steps, **how)  # type: ignore[arg-type]
+def _run(lanes: Lanes, steps: int, how: Mapping[str, Any]) -> Stroboscope:
+    return strobe(lanes, steps=steps, **how)
 
 
 def _missed(coarse: Stroboscope, fine: Stroboscope) -> Array:
@@ -137,7 +139,7 @@ FIELDS = ('w', 'velocity', 'period', 'settled', 'end', 'fundamental', 'low', 'hi
 
 def _blank(lanes: Lanes, like: Stroboscope) -> Stroboscope:
     n = len(lanes)
-    empty = {
+    empty: dict[str, Any] = {
         name: np.empty((n, *getattr(like, name).shape[1:]), getattr(like, name).dtype)
         for name in (*FIELDS, 'steps')
     }
