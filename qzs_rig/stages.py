@@ -57,7 +57,7 @@ class ExciterStage:
         self.samples = self.drive.samples
         self.given = 0
         self._start_ns, self._step_ns = start_ns, step_ns
-        self._stop_at: float | None = None
+        self._stop_at: int | None = None
 
     def take(self, n: int) -> TimeHistory:
         """The next `n` samples (n, 12), fewer at the end of the run."""
@@ -67,8 +67,10 @@ class ExciterStage:
         last = min(self.given + n, self.samples)
         motion = self.drive.motion(self.given, last)
         if self._stop_at is not None:
-            t = np.arange(self.given, last) * self._step_ns / NS
-            motion = _faded(motion, t - self._stop_at, self.drive.ramp)
+            fades = slice(max(self._stop_at - self.given, 0), None)
+            t = (np.arange(self.given, last) * self._step_ns / NS)[fades]
+            t -= self._stop_at * self._step_ns / NS
+            motion[fades] = _faded(motion[fades], t, self.drive.ramp)
         start_ns = self._start_ns + self.given * self._step_ns
         self.given = last
         return TimeHistory(start_ns, self._step_ns, MOTION_CHANNELS, motion)
@@ -80,7 +82,7 @@ class ExciterStage:
     def _stop_from(self, sample: int) -> None:
         if self._stop_at is None:
             self._foreseen = None
-            self._stop_at = sample * self._step_ns / NS
+            self._stop_at = sample
             ramp_samples = math.ceil(self.drive.ramp * NS / self._step_ns) + 1
             self.samples = min(self.samples, sample + ramp_samples)
 

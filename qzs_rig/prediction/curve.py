@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cmp_to_key
 from itertools import pairwise
 
 import numpy as np
@@ -93,9 +94,9 @@ def pieces(
 
 
 def named(branches: Iterable[Branch]) -> tuple[Branch, ...]:
-    """Stable ones `lower`, `upper`, `upper 2`... by their mean stroke, others `middle`...; `only`
-    where there is one."""
-    parts = sorted(branches, key=lambda branch: float(np.mean(branch.stroke)))
+    """Stable ones `lower`, `upper`, `upper 2`... by their stroke, others `middle`...; `only` where
+    there is one."""
+    parts = sorted(branches, key=cmp_to_key(_by_stroke))
     if len(parts) == 1:
         return (replace(parts[0], name='only'),)
     steady = [part for part in parts if part.stable.any()]
@@ -108,6 +109,19 @@ def named(branches: Iterable[Branch]) -> tuple[Branch, ...]:
             for part, name in zip(others, _numbered('middle', len(others)), strict=True)
         ),
     )
+
+
+def _by_stroke(one: Branch, other: Branch) -> float:
+    """Negative where `one` moves less, amid the frequencies that both have."""
+    low = max(one.frequency_hz[0], other.frequency_hz[0])
+    high = min(one.frequency_hz[-1], other.frequency_hz[-1])
+    strokes = [
+        float(np.interp(0.5 * (low + high), part.frequency_hz, part.stroke))
+        if low < high
+        else float(np.mean(part.stroke))
+        for part in (one, other)
+    ]
+    return strokes[0] - strokes[1]
 
 
 def _numbered(word: str, count: int) -> list[str]:

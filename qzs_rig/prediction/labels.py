@@ -48,10 +48,13 @@ class Labels:
 
     @property
     def sentence(self) -> str:
-        """`412 of 420 points within 2σ of the upper branch, ...`"""
+        """`412 of 420 points within 2σ of the upper branch`; without σ where none is stated."""
         known = {name: count for name, count in self.counts.items() if name != NONE}
+        stated = bool(np.isfinite(self.z).any())
         said = [
             f'{within} of {total} points within {NEAR:g}σ of the {name} branch'
+            if stated
+            else f'{total} points on the {name} branch'
             for name, (within, total) in known.items()
         ]
         lost = self.counts.get(NONE)

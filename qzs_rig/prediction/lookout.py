@@ -116,12 +116,12 @@ def _first_beyond(
     at = int(beyond[0])
     names = [branch.name for branch in prediction.branches]
     here, before = (int(path.branch[k]) for k in (at, max(at - 1, 0)))
-    jumps = f'after a jump from the {names[before]} branch' if 0 <= before != here else 'there'
+    jumps = f' after a jump from the {names[before]} branch' if 0 <= before != here else ''
     unit = displacement_unit(prediction.dof)
     dof = prediction.dof
     text = (
         f'theory foresees a {dof.replace("_", " ")} stroke of {path.stroke[at]:.4g} {unit} on the '
-        f'{names[here]} branch at {frequency_hz[at]:.4g} Hz, {jumps}, beyond '
+        f'{names[here]} branch at {frequency_hz[at]:.4g} Hz{jumps}, beyond '
         f'run.stroke_limit.{dof} = {limit:g} {unit}'
     )
     return at, text

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.dof import DOFS
-from qzs_rig.mechanics.platform import Platform
 from qzs_rig.prediction import curve
 from qzs_rig.prediction.curve import Branch, Prediction
 from qzs_rig.prediction.scale import Scale
@@ -18,11 +16,13 @@ METHOD, LABEL = 'single_term', 'theory, one harmonic'
 POINTS = 400
 
 
-def predict(platform: Platform, scale: Scale) -> Prediction:
-    """The balance (29) over the range of `scale`; exact (to one harmonic) for cubic laws, for
-    others good where the relative motion is small against the platform."""
-    k = DOFS.index(scale.dof)
-    law = (*platform.cubic[k], platform.zeta[k])
+def predict(scale: Scale, c1: float, c3: float, zeta: float) -> Prediction:
+    """The balance (29) of the law c1 w + c3 w³ over the range of `scale`.
+
+    Exact (to one harmonic) for cubic laws; with c1, c3 of another law good where the relative
+    motion is small against the platform.
+    """
+    law = (c1, c3, zeta)
     held = (scale.amplitude, scale.falloff)
     omega = _grid(scale, single_term.folds(*law, *held))
     answer = single_term.single_term(*law, scale.amplitude * omega**-scale.falloff, omega)

@@ -13,5 +13,8 @@ from qzs_rig.prediction.scale import Scale
 def predict(spec: RunSpec) -> tuple[Prediction, ...]:
     """One prediction for each driven degree of freedom of the run `spec`, in their order."""
     platform = Platform.from_spec(spec)
-    driven = [dof for dof in DOFS if spec.number(f'excitation.amplitude.{dof}')]
-    return tuple(one_term.predict(platform, Scale.of(spec, platform, dof)) for dof in driven)
+    return tuple(
+        one_term.predict(Scale.of(spec, platform, dof), *platform.cubic[k], platform.zeta[k])
+        for k, dof in enumerate(DOFS)
+        if spec.number(f'excitation.amplitude.{dof}')
+    )
