@@ -111,7 +111,7 @@ def named(branches: Iterable[Branch]) -> tuple[Branch, ...]:
     )
 
 
-def _by_stroke(one: Branch, other: Branch) -> float:
+def _by_stroke(one: Branch, other: Branch) -> int:
     """Negative where `one` moves less, amid the frequencies that both have."""
     low = max(one.frequency_hz[0], other.frequency_hz[0])
     high = min(one.frequency_hz[-1], other.frequency_hz[-1])
@@ -121,7 +121,7 @@ def _by_stroke(one: Branch, other: Branch) -> float:
         else float(np.mean(part.stroke))
         for part in (one, other)
     ]
-    return strokes[0] - strokes[1]
+    return int(np.sign(strokes[0] - strokes[1]))
 
 
 def _numbered(word: str, count: int) -> list[str]:
