@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cmp_to_key
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,28 +68,6 @@ class Prediction:
     branches: tuple[Branch, ...]
     folds: tuple[Fold, ...]
     onset_hz: tuple[float, ...]
-
-
-def pieces(
-    frequency_hz: Array, columns: Sequence[Array], stable: NDArray[np.bool_]
-) -> list[Branch]:
-    """A continued path (n,) cut where its frequency turns; `columns` are transmissibility, phase
-    and stroke. Both sides keep the turning point; the names are still empty."""
-    way = np.sign(np.diff(frequency_hz))
-    turns = np.flatnonzero(way[1:] * way[:-1] < 0) + 1
-    edges = [0, *turns.tolist(), len(frequency_hz) - 1]
-    found = []
-    for first, last in pairwise(edges):
-        part = slice(first, last + 1)
-        steady = stable[part].copy()
-        # a turning point belongs to either side: it is as stable as its neighbour there
-        if len(steady) > 2:
-            steady[0] = steady[1] if first else steady[0]
-            steady[-1] = steady[-2] if last < len(frequency_hz) - 1 else steady[-1]
-        order = np.argsort(frequency_hz[part], kind='stable')
-        T, phase, stroke = (column[part][order] for column in columns)
-        found.append(Branch('', frequency_hz[part][order], T, phase, stroke, steady[order]))
-    return found
 
 
 def named(branches: Iterable[Branch]) -> tuple[Branch, ...]:
