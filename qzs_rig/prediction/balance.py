@@ -63,12 +63,15 @@ def _folds(found: FrequencyResponse, number: int) -> list[Event]:
 
 def _path(branch: response.Branch, folds: list[Event], rest: float) -> _Path:
     """The branch with its folds put in where the frequency turns."""
-    omega, T, phase = branch.omega, branch.T, np.radians(branch.phase_deg)
+    # the end of the range may be there twice, but for its last bit
+    moved = np.abs(np.diff(branch.omega, prepend=0.0)) > 1e-12 * branch.omega
+    omega, stable = branch.omega[moved], branch.stable[moved]
+    columns = [omega, branch.T[moved], np.radians(branch.phase_deg[moved])]
+    columns.append(_stroke(branch.coefficients[moved], rest))
     rising = np.diff(omega) > 0
     turns = (np.flatnonzero(rising[:-1] != rising[1:]) + 1).tolist()
-    columns = [omega, T, phase, _stroke(branch.coefficients, rest)]
     if len(turns) != len(folds):  # one could not be located: the turning point stands for it
-        return _as_path(columns, branch.stable, turns)
+        return _as_path(columns, stable, turns)
     places = [k if abs(omega[k - 1] - fold.omega) < abs(omega[k + 1] - fold.omega) else k + 1
               for k, fold in zip(turns, folds, strict=True)]  # fmt: skip
     for column, values in zip(
@@ -82,7 +85,7 @@ def _path(branch: response.Branch, folds: list[Event], rest: float) -> _Path:
         strict=True,
     ):
         columns[column] = np.insert(columns[column], places, values)
-    stable = np.insert(branch.stable, places, False)
+    stable = np.insert(stable, places, False)
     return _as_path(columns, stable, [place + k for k, place in enumerate(places)])
 
 
