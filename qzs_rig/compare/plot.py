@@ -11,6 +11,7 @@ import numpy as np
 
 from qzs_rig.compare.look import (
     ARROWS,
+    FOLD_MARKS,
     GRID,
     INK,
     QUIET,
@@ -31,7 +32,7 @@ from qzs_rig.compare.panels import (
     shown,
     theory_line,
 )
-from qzs_rig.compare.theory_overlay import TheoryCurve
+from qzs_rig.prediction.curve import Fold, Prediction
 from qzs_rig.timehistory import Array
 
 Document = dict[str, Any]
@@ -39,7 +40,7 @@ MANY_POINTS = 150
 """Above this, points melt into a line and only the direction arrows are marked."""
 
 
-def figure(dof: str, estimates: Labelled, theory: Sequence[TheoryCurve]) -> Document:
+def figure(dof: str, estimates: Labelled, theory: Sequence[Prediction]) -> Document:
     """`data` and `layout` for Plotly.newPlot: magnitude over phase over THD, one frequency axis.
 
     Text from outside is escaped for plotly's own markup; numbers that are not finite are null.
@@ -57,7 +58,7 @@ def figure(dof: str, estimates: Labelled, theory: Sequence[TheoryCurve]) -> Docu
     return {'data': traces, 'layout': _layout(view)}
 
 
-def _theory_traces(theory: TheoryCurve, colour: str) -> list[Document]:
+def _theory_traces(theory: Prediction, colour: str) -> list[Document]:
     traces: list[Document] = []
     for stable in (True, False):
         line = theory_line(theory, stable)
@@ -78,7 +79,30 @@ def _theory_traces(theory: TheoryCurve, colour: str) -> list[Document]:
             | {'y': _numbers(line.phase_deg), 'yaxis': 'y2', 'showlegend': False}
             | {'hovertemplate': _hover('phase', '°')}
         )
-    return traces
+    return [*traces, _fold_trace(theory, colour)] if theory.folds else traces
+
+
+def _fold_trace(theory: Prediction, colour: str) -> Document:
+    return {
+        'type': 'scatter',
+        'mode': 'markers',
+        'name': _escaped(f'{theory.label}, folds'),
+        'x': [_number(fold.frequency_hz) for fold in theory.folds],
+        'y': [_number(fold.transmissibility[0]) for fold in theory.folds],
+        'text': [_escaped(_fold_text(fold)) for fold in theory.folds],
+        'marker': {
+            'symbol': [FOLD_MARKS[fold.kind].plotly for fold in theory.folds],
+            'size': 11,
+            'color': colour,
+        },
+        'hovertemplate': '%{text}<extra>%{fullData.name}</extra>',
+    }
+
+
+def _fold_text(fold: Fold) -> str:
+    T, after = fold.transmissibility
+    lands = f'to T = {after:.4g} on the {fold.lands} branch' if fold.lands else 'to where?'
+    return f'{event_name(fold.kind)} at {fold.frequency_hz:.4f} Hz from T = {T:.4g} {lands}'
 
 
 def _curve_traces(item: Shown, several: bool, with_thd: bool) -> list[Document]:

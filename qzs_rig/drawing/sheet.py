@@ -8,8 +8,8 @@ from qzs_rig.timehistory import Array
 
 
 class Line(NamedTuple):
-    """One curve; `style` counts colours, `stroke` is broad, solid, dashed, dotted, marks or (many small)
-    points.
+    """One curve; `style` counts colours, `stroke` is broad, solid, dashed, dotted, marks, or points
+    (many and small).
 
     A line without a label is not named in the key.
     """

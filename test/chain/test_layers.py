@@ -19,6 +19,7 @@ LAYERS = (
     {'timehistory', 'cdr', 'parameters'},
     {'excitation', 'mechanics', 'sensing', 'estimation'},
     {'scenario', 'theory', 'wire', 'bag'},
+    {'prediction'},
     {'stages', 'runsheet', 'runfolder'},
     {'analysis', 'recording'},
     {'rig', 'offline'},
