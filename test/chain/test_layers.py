@@ -24,6 +24,7 @@ LAYERS = (
     {'rig', 'offline'},
     {'compare', 'ros'},
     {'datasheet', 'claims', 'advisor'},
+    {'campaign'},
     {'cli'},
 )
 """From the ground up. A module imports from the layers below its own, and from its own package."""
@@ -46,9 +47,12 @@ HOMES = {
     'mcap': {'bag'},
     'zstandard': {'bag'},
     'plotly': {'compare'},
-    'matplotlib': {'compare', 'datasheet'},
+    'matplotlib': {'compare', 'datasheet', 'campaign'},
     'numba': {'mechanics', 'theory'},
     'tqdm': {'cli'},
+    'dask': {'campaign'},
+    'distributed': {'campaign'},
+    'pyarrow': {'campaign'},
     'scipy': set(),
     'pandas': set(),
 }
