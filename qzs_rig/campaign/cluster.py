@@ -51,7 +51,7 @@ class Cluster:
 
             window = AHEAD * max(1, sum(client.nthreads().values()))
             numbered = {submit(n): n for n in islice(waiting, window)}
-            done = as_completed(numbered, with_results=True)
+            done = as_completed(numbered, loop=client.loop, with_results=True)
             for future, part in done:
                 yield numbered.pop(future), part
                 for number in islice(waiting, 1):

@@ -92,8 +92,8 @@ def opened(folder: Path, plan: Plan) -> Iterator[Ledger]:
     Raises InputError where the folder belongs to another plan, to something else, or to a
     campaign at work.
     """
-    _refuse_foreign(folder)
     try:
+        _refuse_foreign(folder)
         (folder / 'chunks').mkdir(parents=True, exist_ok=True)
         lock = (folder / '.lock').open('w')
     except OSError as error:
