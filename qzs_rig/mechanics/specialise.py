@@ -21,14 +21,19 @@ def compiled(
     """What `interpreted` gives, compiled by numba with the formulas inlined, and kept on disk.
 
     The file that keeps it is named after what the formulas compute, so an edited formula is
-    compiled anew. Raises ImportError where numba is not installed.
+    compiled anew. A formula may be compiled already. Raises ImportError where numba is missing.
     """
     from numba import njit
 
     how: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'fastmath': fastmath}
-    inner = {name: njit(**how)(formula) for name, formula in formulas.items()}
+    inner = {
+        name: formula if hasattr(formula, 'py_func') else njit(**how)(formula)
+        for name, formula in formulas.items()
+    }
     told = ''.join(name + fingerprint(formula) for name, formula in formulas.items())
-    stamp = hashlib.sha256(f'{told}{fastmath}'.encode()).hexdigest()[:16]
+    # sets of words have another order in every process
+    relaxed = sorted(fastmath) if isinstance(fastmath, set) else fastmath
+    stamp = hashlib.sha256(f'{told}{relaxed}'.encode()).hexdigest()[:16]
     kernel: Function = njit(cache=True, **how)(
         _bound(template, inner, f'{template.__name__}_{stamp}')
     )
@@ -36,7 +41,12 @@ def compiled(
 
 
 def fingerprint(function: Any) -> str:
-    """A text that differs where two functions compute differently: code, constants, closure."""
+    """A text that differs where two functions compute differently: code, constants, closure.
+
+    What `compiled` made is known by its name, which says what went into it.
+    """
+    if hasattr(function, 'py_func'):
+        return f'{function.__name__}{fingerprint(function.py_func)}'
     if not hasattr(function, '__code__'):
         return repr(function)
     cells = function.__closure__ or ()
