@@ -40,6 +40,8 @@ class Harvest:
 
     def fail(self, rows: int | NDArray[np.int64], reason: str) -> None:
         """Why `rows` have no figures."""
+        if np.size(rows) == 0:
+            return
         if reason not in self._reasons:
             self._reasons.append(reason)
         self._code[rows] = self._reasons.index(reason)
