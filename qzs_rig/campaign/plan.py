@@ -24,6 +24,10 @@ SECTIONS = ('campaign', 'base', 'vary', 'options')
 KEYS = ('task', 'seed', 'sample', 'samples', 'place', 'chunk')
 SAMPLES = ('grid', 'latin_hypercube')
 MOST_POINTS = 1_000_000_000
+FEW = 16
+"""Chunks in which even a small campaign is cut: all cores have work, a crash loses little."""
+BLOCK = 64
+"""Points that a kernel moves together: larger chunks are multiples of it."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,7 @@ def of(document: Any, assignments: Mapping[str, Any] = {}) -> Plan:
         fixed,
         RunSpec.of(task.options, dict(RunSpec.of(task.options, options))),
         seed,
-        whole('campaign: chunk', head.get('chunk', task.chunk), MOST),
+        whole('campaign: chunk', head.get('chunk', _chunk(task, sample.points)), MOST),
     )
     _check(plan)
     return plan
@@ -133,6 +137,12 @@ def _task(name: Any) -> Task:
             f'{", ".join(TASKS)}'
         )
     return TASKS[name]
+
+
+def _chunk(task: Task, points: int) -> int:
+    """The task's, or less where there are few points; the same wherever the plan is read."""
+    fair = -(-points // FEW)
+    return min(task.chunk, fair if fair <= BLOCK else -(-fair // BLOCK) * BLOCK)
 
 
 def _fixed(declared: tuple[Parameter, ...], explicit: Mapping[str, Any], sample: Sample) -> RunSpec:

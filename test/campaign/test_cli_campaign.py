@@ -108,7 +108,7 @@ def test_json_contract(told, tmp_path, monkeypatch):
         'quick_look.png',
     }
     assert all(Path(name).is_file() for name in document['files'].values())
-    assert 'points   1000 in 4 chunks of 256' in err
+    assert 'points   1000 in 16 chunks of 63' in err
     # the same command finds its folder again
     code, out, _ = told(*common)
     again = json.loads(out)
