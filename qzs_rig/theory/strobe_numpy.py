@@ -1,4 +1,4 @@
-"""`strobe_kernel.advance` where numba is missing: the same sums, lane by lane in numpy."""
+"""`advance` of both kernels where numba is missing: the same sums, all lanes at once in numpy."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.theory.splitting import STAGES
+from qzs_rig.theory.tangent_kernel import SHIFT
 
 
 def advancing(force: Any) -> Any:
@@ -27,5 +28,27 @@ def advancing(force: Any) -> Any:
             if stage == STAGES - 1:
                 moving[5:7] += np.multiply.outer(wave[(k - 1) // STAGES], w)
                 moving[7], moving[8] = np.minimum(moving[7], w), np.maximum(moving[8], w)
+
+    return advance
+
+
+def tangent_advancing(force: Any) -> Any:
+    """`tangent_kernel.advance` around a force that takes arrays."""
+
+    def advance(
+        block: Any, moving: Any, decay: Any, reach: Any, weights: Any, cosines: Any, tangent: Any
+    ) -> None:
+        w, v, h, drive, load = moving[:5]
+        dw, dv = tangent
+        for k in range(len(weights)):
+            if k > 0:
+                d, r = decay[(k - 1) % STAGES], reach[(k - 1) % STAGES]
+                w += r * v
+                dw += r * dv
+                v *= d
+                dv *= d
+            v += weights[k] * (drive * cosines[k] + load - h * force(block, w))
+            slope = (force(block, w + SHIFT) - force(block, w - SHIFT)) * (0.5 / SHIFT)
+            dv -= weights[k] * h * slope * dw
 
     return advance

@@ -27,7 +27,7 @@ FAR = 1e6
 
 @dataclass(frozen=True)
 class Stroboscope:
-    """What n runs of `lanes` did; `steps` a period.
+    """What n runs of `lanes` did, `steps` (n,) a period.
 
     `w` and `velocity` (n, keep) stand after each of the last `keep` of `periods`. `period` (n,) is
     1, 2, … where a run repeats itself after that many, 0 where it had not settled by the end, -1
@@ -38,7 +38,7 @@ class Stroboscope:
     """
 
     lanes: Lanes
-    steps: int
+    steps: NDArray[np.int64]
     periods: int
     w: Array
     velocity: Array
@@ -104,7 +104,7 @@ def strobe(
     spread(part, n, workers)
     return Stroboscope(
         lanes=lanes,
-        steps=steps,
+        steps=np.full(n, steps),
         periods=periods,
         w=points[:, 0],
         velocity=points[:, 1],
