@@ -13,6 +13,7 @@ from qzs_rig import __version__
 from qzs_rig.cli import (
     analyze,
     bag,
+    campaign,
     claims,
     compare,
     design,
@@ -31,7 +32,7 @@ from qzs_rig.errors import RigError
 
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
-    *(statics, modes, springs, design, claims, scenarios, frf, figures),
+    *(statics, modes, springs, design, frf, campaign, claims, figures, scenarios),
 )
 
 EPILOG = """\

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from qzs_rig import rig, scenario
-from qzs_rig.compare.cases import theory_of
-from qzs_rig.compare.theory_overlay import TheoryCurve
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
+from qzs_rig.prediction.curve import Prediction
+from qzs_rig.prediction.predict import predict
 
 SWEEP = {
     'excitation.frequency_low': '0.5',
@@ -30,16 +30,17 @@ class Measured:
     title: str
     caption: str
     estimates: list[tuple[str, Estimate]]
-    theory: list[TheoryCurve]
+    theory: list[Prediction]
 
 
 def against_linear() -> Measured:
     """Figure 22: the QZS platform and its leaf springs alone, forward sweeps."""
-    estimates, theory = [], []
+    estimates: list[tuple[str, Estimate]] = []
+    theory: list[Prediction] = []
     for name, law in (('QZS', 'corrected'), ('leaf springs alone', 'linear')):
         spec, estimate = _run(law)
         estimates.append((name, _forward(estimate)))
-        theory += [replace(c, label=f'{c.label}, {name}') for c in theory_of(spec)]
+        theory += [replace(c, label=f'{c.label}, {name}') for c in predict(spec)]
     return Measured(
         'figure_22',
         'Figure 22. QZS platform and leaf springs alone, forward',
@@ -58,7 +59,7 @@ def directions() -> Measured:
         'Vertically the two sweeps jump at different frequencies, by a distance that the level '
         'sets; horizontally the spring that pulls back leaves no jump (E4).',
         [('QZS', estimate)],
-        theory_of(spec),
+        list(predict(spec)),
     )
 
 

@@ -26,6 +26,7 @@ LAYERS = (
     {'compare', 'ros'},
     {'drawing', 'claims'},
     {'datasheet', 'advisor', 'paper_figures'},
+    {'campaign'},
     {'cli'},
 )
 """From the ground up. A module imports from the layers below its own, and from its own package."""
@@ -48,9 +49,12 @@ HOMES = {
     'mcap': {'bag'},
     'zstandard': {'bag'},
     'plotly': {'compare'},
-    'matplotlib': {'compare', 'drawing'},
+    'matplotlib': {'compare', 'drawing', 'campaign'},
     'numba': {'mechanics', 'theory'},
     'tqdm': {'cli'},
+    'dask': {'campaign'},
+    'distributed': {'campaign'},
+    'pyarrow': {'campaign'},
     'scipy': set(),
     'pandas': set(),
 }
