@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from qzs_rig.claims import frequency, load, stiffness, sweeps, table3, taylor
+from qzs_rig.claims import (
+    frequency,
+    load,
+    settling,
+    stiffness,
+    sweeps,
+    table3,
+    taylor,
+    transmission,
+)
 from qzs_rig.claims.verdict import Verdict
 
 STATIC: dict[str, Callable[[], Verdict]] = {
@@ -18,6 +27,12 @@ STATIC: dict[str, Callable[[], Verdict]] = {
 """Checks that take milliseconds: every report repeats them."""
 
 DYNAMIC: dict[str, Callable[[], Verdict]] = {
+    'C7': settling.damping,
+    'C8': settling.length,
+    'C9': settling.transients,
+    'C10': transmission.damping,
+    'C11': transmission.length,
+    'C12': transmission.onset,
     'C13': sweeps.interval,
     'C14': sweeps.against_linear,
 }
