@@ -34,6 +34,7 @@ class RestoringLaw:
     one); `stiffnesses` and `potentials` are numpy's. `taylor(design)` gives (c1, c2, c3) of
     c1 w + c2 w² + c3 w³ for each degree of freedom. The law holds for |w| < `domain`.
     `weighted`: the source's vertical law carries the payload, F(0) = b; here it is taken off.
+    `cubic_only`: the forces are nothing but the cubics of `taylor`.
     """
 
     name: str
@@ -44,6 +45,7 @@ class RestoringLaw:
     taylor: Callable[[Design], Taylor]
     domain: tuple[float, ...] = ANYWHERE
     weighted: bool = True
+    cubic_only: bool = False
 
     def force(self, design: Design, w: Array) -> Array:
         """Force at w (..., 4) -> (..., 4), nondimensional, net of the static load.
