@@ -48,7 +48,7 @@ def damping() -> Verdict:
         judged(all(regular) and all(chaotic)),
         figures,
         'law corrected, from rest: no exponent is positive, so nothing here is chaos. At 6.28 '
-        'rad/s all settle within 100 periods. At Ω = 6.28 the last 400 points still spread, because '
+        'rad/s all settle within 100 periods. At Ω = 6.28 the last 400 points still spread: '
         'the transient dies as exp(-zeta τ) and a period lasts only 1 of τ (E16): it is this decay '
         'that Figure 13 draws; qzs-rig bifurcation',
     )
