@@ -13,10 +13,14 @@ from qzs_rig import __version__
 from qzs_rig.cli import (
     analyze,
     bag,
+    basin,
+    bifurcation,
     claims,
     compare,
     design,
+    lyapunov,
     modes,
+    poincare,
     replay,
     rig,
     run,
@@ -30,6 +34,7 @@ from qzs_rig.errors import RigError
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
     *(statics, modes, springs, design, claims, scenarios),
+    *(bifurcation, poincare, lyapunov, basin),
 )
 
 EPILOG = """\
