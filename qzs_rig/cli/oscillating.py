@@ -16,6 +16,7 @@ from qzs_rig.parameters import RunSpec
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.timehistory import Array
 
+HELD = ('displacement', 'velocity', 'acceleration')
 PAPER_AMPLITUDE = 0.6
 """Base amplitude over L20 in Figures 13 to 18."""
 PAPER_ROTATION = math.radians(5.0)
@@ -25,7 +26,7 @@ PAPER_FREQUENCY = 6.28
 
 
 def add(command: argparse.ArgumentParser, files: str, dof: str | None = DOFS[0]) -> None:
-    """--law, --dof, --zeta, --amplitude, --omega, --frequency, --set, --out, --json."""
+    """--law, --dof, --zeta, --amplitude, --omega, --frequency, --held, --set, --out, --json."""
     command.add_argument(
         '--law', help=f'restoring law: {", ".join(RESTORING)} (default: platform.law)'
     )
@@ -54,6 +55,13 @@ def add(command: argparse.ArgumentParser, files: str, dof: str | None = DOFS[0])
         type=float,
         metavar='O',
         help='excitation frequency over omega0 of the degree of freedom, instead of --frequency',
+    )
+    command.add_argument(
+        '--held',
+        default=HELD[0],
+        choices=HELD,
+        help='quantity of the base whose amplitude is the same at all frequencies; --amplitude is '
+        'the one at Omega = 1 (default: displacement)',
     )
     shared.assignments(command)
     shared.out(command, files)
@@ -84,7 +92,7 @@ def oscillator_of(options: argparse.Namespace, spec: RunSpec, dof: str) -> Oscil
     amplitude = options.amplitude
     if amplitude is None:
         amplitude = PAPER_AMPLITUDE if dof in TRANSLATIONS else PAPER_ROTATION
-    found = Oscillator.of(spec, dof, amplitude)
+    found = Oscillator.of(spec, dof, amplitude, HELD.index(options.held))
     return found if options.zeta is None else replace(found, zeta=options.zeta)
 
 

@@ -91,7 +91,7 @@ def _scene(axes: Axes, scene: Scene) -> None:
     for spine in axes.spines.values():
         spine.set_color(UNIT_LINE)
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(frameon=False, fontsize=8.0, markerscale=5.0, loc='best')
+        axes.legend(frameon=False, fontsize=8.0, loc='best')
 
 
 def _dots(axes: Axes, thing: Dots) -> None:
@@ -104,9 +104,9 @@ def _dots(axes: Axes, thing: Dots) -> None:
         markersize=2.0 if len(thing.x) > 200 else 6.0,
         markeredgewidth=0.0,
         color=thing.hue,
-        label=thing.label,
         rasterized=len(thing.x) > 2000,
     )
+    _key(axes, thing.label, thing.hue, 'o')
 
 
 def _wave(axes: Axes, thing: Wave) -> None:
@@ -119,9 +119,13 @@ def _field(axes: Axes, thing: Field) -> None:
     picture = np.ones((*thing.which.shape, 3))
     for number, (name, hue) in thing.names.items():
         picture[thing.which == number] = to_rgb(hue)
-        axes.plot([], [], linestyle='none', marker='s', markersize=1.6, color=hue, label=name)
+        _key(axes, name, hue, 's')
     extent = (thing.x[0], thing.x[-1], thing.y[0], thing.y[-1])
     axes.imshow(picture, extent=extent, origin='lower', aspect='auto', interpolation='nearest')
+
+
+def _key(axes: Axes, label: str, hue: str, marker: str) -> None:
+    axes.plot([], [], linestyle='none', marker=marker, markersize=5.0, color=hue, label=label)
 
 
 DRAW: dict[type, Callable[[Axes, Any], None]] = {Dots: _dots, Wave: _wave, Field: _field}

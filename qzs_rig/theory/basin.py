@@ -56,7 +56,7 @@ def basin(
     *,
     periods: int = 1000,
     phase: float = 0.0,
-    error: float = 1e-6,
+    error: float = 1e-5,
     workers: int | None = None,
 ) -> Basin:
     """Runs from every pair of `w` and `velocity` where the base's phase is `phase`."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.theory.accuracy import cheapest_steps, part
-from qzs_rig.theory.basin import SAME, Attractor, attractors, features
+from qzs_rig.theory.basin import Attractor, attractors
 from qzs_rig.theory.history import history
 from qzs_rig.theory.lanes import Lanes
 from qzs_rig.theory.oscillator import Oscillator
@@ -45,12 +45,15 @@ def jump_margin(
     *,
     largest_kick: float,
     largest_rise: float = 4.0,
+    least: float = 0.05,
     periods: int = 1000,
-    error: float = 1e-6,
+    error: float = 1e-5,
 ) -> JumpMargin:
     """Try kicks up to `largest_kick` and levels up to `largest_rise` times the level.
 
-    Good to a thousandth of the largest; a jump that only a band of smaller kicks sets off may be
+    A motion counts as another where its T differs by more than the share `least`: laws that are not
+    odd, and odd ones by their mirror images, have pairs of motions that differ much less. Good to a
+    thousandth of the largest; a jump that only a band of smaller kicks sets off may be
     missed. Raises InputError where the run from rest does not settle.
     """
     if not (largest_kick > 0.0 and largest_rise > 1.0):
@@ -63,7 +66,7 @@ def jump_margin(
             f'the run from rest at omega {omega:g} does not settle within {periods} periods: '
             'there is no motion to jump from; raise the periods, or see the basin'
         )
-    trial = _Trial(rest, steps, periods, seen)
+    trial = _Trial(rest, steps, periods, seen, least)
     kick, phase, landed = math.nan, math.nan, None
     for k, (w, velocity) in enumerate(trial.states()):
         bound = largest_kick if math.isnan(kick) else kick
@@ -77,8 +80,11 @@ def jump_margin(
 class _Trial:
     """The motion at one frequency, and what it does when disturbed."""
 
-    def __init__(self, rest: Lanes, steps: int, periods: int, seen: Stroboscope) -> None:
-        self._rest, self._steps, self._periods, self._seen = rest, steps, periods, seen
+    def __init__(
+        self, rest: Lanes, steps: int, periods: int, seen: Stroboscope, least: float
+    ) -> None:
+        self._rest, self._steps, self._periods = rest, steps, periods
+        self._seen, self._least = seen, least
         self._w, self._velocity = (float(x) for x in seen.end[0])
 
     def states(self) -> Array:
@@ -127,8 +133,5 @@ class _Trial:
         return strobe(started, steps=self._steps, periods=self._periods, keep=0, phase=phase)
 
     def _elsewhere(self, seen: Stroboscope) -> NDArray[np.bool_]:
-        mine = features(self._seen)[0]
-        # extremes are over the step ends, which another phase moves by whole steps only
-        size = max(1e-3, float(np.abs(mine[1:]).max()))
-        away = np.any(np.abs(features(seen) - mine) > 10.0 * SAME * size, axis=1)
-        return np.asarray(away & (seen.period > 0))
+        change = np.abs(seen.transmissibility) / abs(self._seen.transmissibility[0])
+        return np.asarray((np.abs(change - 1.0) > self._least) & (seen.period > 0))
