@@ -13,13 +13,17 @@ from qzs_rig import __version__
 from qzs_rig.cli import (
     analyze,
     bag,
+    basin,
+    bifurcation,
     campaign,
     claims,
     compare,
     design,
     figures,
     frf,
+    lyapunov,
     modes,
+    poincare,
     replay,
     rig,
     run,
@@ -32,7 +36,8 @@ from qzs_rig.errors import RigError
 
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
-    *(statics, modes, springs, design, frf, campaign, claims, figures, scenarios),
+    *(statics, modes, springs, design, claims, figures, scenarios),
+    *(frf, bifurcation, poincare, lyapunov, basin, campaign),
 )
 
 EPILOG = """\
