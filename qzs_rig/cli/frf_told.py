@@ -54,8 +54,8 @@ def all_branches(found: FrequencyResponse, method: str = 'harmonic balance') -> 
     cautions = [] if found.reason is None else [f'a branch ended early: {found.reason}']
     if found.peak is not None and found.peak[0] > 0.999 * found.high:
         cautions.append(
-            f'T is largest at the end of the range, omega {found.high:g}: the resonance has not come '
-            'down there, and with this damping may never (a cubic law does not saturate)'
+            f'T is largest at the end of the range, omega {found.high:g}: the resonance has not '
+            'come down there, and with this damping may never (a cubic law does not saturate)'
         )
     return Answer(
         _title(found.oscillator),
