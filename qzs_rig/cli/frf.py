@@ -5,11 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from qzs_rig import scenario
-from qzs_rig.cli import frf_told
+from qzs_rig.cli import frf_curves, frf_told
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.dof import DOFS, TRANSLATIONS
@@ -83,8 +84,18 @@ def add_to(verbs: Any) -> None:
         action='store_true',
         help="the paper's Eq (29) for the cubic part of the law instead",
     )
+    command.add_argument(
+        '--backbone',
+        action='store_true',
+        help='free motions of the undamped platform too, and the damped phase resonance',
+    )
+    command.add_argument(
+        '--jump-map',
+        choices=('amplitude', 'zeta'),
+        help='curves of folds while this varies from a tenth to three times its value too',
+    )
     shared.assignments(command)
-    shared.out(command, 'folder for figure, page and CSV')
+    shared.out(command, 'folder for figures, page and CSV')
     shared.as_json(command)
     command.set_defaults(execute=execute)
 
@@ -99,11 +110,6 @@ def execute(options: argparse.Namespace) -> int:
         )
     else:
         with bar(1.0, 'of the search', 'frequency response') as progress:
-
-            def tell(share: float, text: str) -> None:
-                progress.set_description(text)
-                progress.update(share - progress.n)
-
             answer = frf_told.all_branches(
                 frequency_response(
                     oscillator,
@@ -111,8 +117,15 @@ def execute(options: argparse.Namespace) -> int:
                     high,
                     harmonics=options.harmonics,
                     isolas=not options.no_isolas,
-                    progress=tell,
+                    progress=_teller(progress),
                 )
+            )
+    if options.backbone:
+        answer = frf_curves.with_backbone(answer, oscillator, low, high)
+    if options.jump_map:
+        with bar(1.0, 'of the map', 'jump map') as progress:
+            answer = frf_curves.with_jump_map(
+                answer, oscillator, options.jump_map, (low, high), _teller(progress)
             )
     text = answer.text
     if options.out is not None:
@@ -123,6 +136,14 @@ def execute(options: argparse.Namespace) -> int:
         print(f'caution: {caution}', file=sys.stderr)
     shared.show(options, answer.document, text)
     return 0
+
+
+def _teller(progress: Any) -> Callable[[float, str], None]:
+    def tell(share: float, text: str) -> None:
+        progress.set_description(text)
+        progress.update(share - progress.n)
+
+    return tell
 
 
 def oscillator_of(options: argparse.Namespace) -> Oscillator:

@@ -115,22 +115,24 @@ def backbone(
     return tuple(found)
 
 
-def phase_resonance(oscillator: Oscillator, curve: Backbone) -> Backbone:
-    """The damped curve that belongs to a backbone, over the same frequencies."""
+def phase_resonance(oscillator: Oscillator, curve: Backbone) -> Backbone | None:
+    """The damped curve beside a backbone, over the same frequencies; None where its middle leads
+    nowhere (damping so strong that no motion lags by 90 degrees)."""
     equations = Resonant(HarmonicBalance(replace(oscillator, amplitude=0.0), HARMONICS))
     k = len(curve.omega) // 2
     omega, x = float(curve.omega[k]), _delayed(curve.coefficients[k])
     # power in = power lost, for the fundamental alone
     x[1] = 2 * oscillator.zeta * omega * x[2]
-    bounds = float(curve.omega.min()), float(curve.omega.max())
+    bounds = float(curve.omega.min()) * (1 - 1e-3), float(curve.omega.max()) * (1 + 1e-3)
     reach = float(curve.amplitude.min()), float(curve.amplitude.max())
-    start = continuation.solve(equations, x, math.log(omega))
+    # at a given amplitude: a linear law resonates at one frequency only
+    plane = np.zeros(len(x) + 1)
+    plane[2] = 1.0
+    size = float(np.linalg.norm(x))
+    start = continuation.correct(equations, x, math.log(omega), plane, size, 1e-10)
     if start is None:
-        return replace(curve, omega=np.empty(0), amplitude=np.empty(0),
-                       damping_ratio=np.empty(0), drive_hat=np.empty(0),
-                       coefficients=np.empty((0, 2 * HARMONICS + 1)),
-                       reasons=('does not converge', 'does not converge'))  # fmt: skip
-    paths = _both_ways(equations, start, math.log(omega), bounds, reach, 2)
+        return None
+    paths = _both_ways(equations, start[0], start[1], bounds, reach, 2)
     found = _backbone(oscillator, equations, paths)
     drive = np.array([abs(q.x[1]) for q in _joined(paths)])
     return replace(found, drive_hat=drive / found.omega ** (2 - oscillator.falloff))

@@ -137,6 +137,9 @@ def _followed(
             ways[0] = Path((), 'closed')
             break
     points = [*reversed(ways[0].points[1:]), *ways[-1].points]
+    points = [point for point in points if judge(point) is None]
+    if len(points) < 2:
+        return None
     return _curve(equations, points, (ways[0].reason, ways[-1].reason))
 
 
@@ -160,7 +163,7 @@ def _on(curve: FoldCurve, value: float, omega: float) -> bool:
         share = (value - a[k]) / (b[k] - a[k] or 1.0)
         there = curve.omega[k] + share * (curve.omega[k + 1] - curve.omega[k])
         # chords of a curve that turns by 0.2 a step
-        if abs(there / omega - 1.0) < 0.05 * abs(curve.omega[k + 1] / curve.omega[k] - 1.0) + 1e-4:
+        if abs(there / omega - 1.0) < 0.2 * abs(curve.omega[k + 1] / curve.omega[k] - 1.0) + 1e-4:
             return True
     return False
 
