@@ -28,7 +28,7 @@ class Answer:
     title: str
     document: dict[str, Any]
     tables: list[Table]
-    sheet: Sheet
+    sheets: list[Sheet]
     csv: list[str]
     cautions: list[str] = field(default_factory=list)
 
@@ -61,7 +61,7 @@ def all_branches(found: FrequencyResponse, method: str = 'harmonic balance') -> 
         _title(found.oscillator),
         document,
         _tables(found),
-        response_sheet.sheet(found),
+        [response_sheet.sheet(found)],
         list(response_sheet.rows(found)),
         cautions,
     )
@@ -74,7 +74,7 @@ def write(folder: Path, answer: Answer) -> list[Path]:
     body = [
         header(answer.title, [], facts, []),
         *(table_section(table) for table in answer.tables),
-        section(answer.sheet),
+        *(section(sheet) for sheet in answer.sheets),
         '<footer><p>Nondimensional: frequency over sqrt(k1/m), motion over L20 or in rad, vertical '
         'positive downward from the working point. Unstable motions are dashed. Drag to zoom, '
         'double-click to return.</p></footer>\n',
@@ -82,7 +82,7 @@ def write(folder: Path, answer: Answer) -> list[Path]:
     write_new(paths[0], page(answer.title, ''.join(body)).encode())
     write_new(paths[1], ('\n'.join(answer.csv) + '\n').encode())
     try:
-        paths += pictures(folder, [answer.sheet])
+        paths += pictures(folder, answer.sheets)
     except ImportError:
         answer.cautions.append(
             "figures as SVG and PNG need matplotlib; pip install 'qzs_rig[picture]'"

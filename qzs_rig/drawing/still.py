@@ -55,6 +55,8 @@ def still(sheet: Sheet, kind: str) -> bytes:
 
 def hue(line: Line) -> str:
     """Colour of a line; paler where it is broad."""
+    if line.stroke == 'marks':
+        return INK
     return PALE if line.stroke == 'broad' else HUES[line.style % len(HUES)]
 
 

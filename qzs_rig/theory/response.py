@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from qzs_rig.theory.floquet import Floquet, floquet
 from qzs_rig.theory.follow import Followed, Tracer, follow
 from qzs_rig.theory.harmonic_balance import transmissibility
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.unknowns import Unknowns
 from qzs_rig.timehistory import Array
 
 Progress = Callable[[float, str], None]
@@ -196,7 +198,8 @@ def _at(oscillator: Oscillator, branch: Branch, k: int, zero: Zero) -> Located |
     pair = slice(k, k + 2)
     harmonics = int(branch.harmonics[pair].max())
     x = branch.coefficients[pair]
-    return locate(Stretch(oscillator, branch.omega[pair], x, harmonics, branch.symmetric), zero)
+    unknowns = partial(Unknowns, oscillator, odd=branch.symmetric)
+    return locate(Stretch(unknowns, branch.omega[pair], x, harmonics), zero)
 
 
 def _event(oscillator: Oscillator, kind: str, number: int, located: Located) -> Event:
