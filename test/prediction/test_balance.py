@@ -130,7 +130,7 @@ def test_a_coupled_platform_is_predicted_by_its_projection_and_says_so():
 
 
 def test_one_term_steps_in_where_nothing_is_found(monkeypatch):
-    def nothing(oscillator, low, high):
+    def nothing(oscillator, low, high, isolas):
         return FrequencyResponse(oscillator, low, high, (), (), (), 'nothing')
 
     monkeypatch.setattr(balance, 'frequency_response', nothing)
