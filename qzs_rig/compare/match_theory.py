@@ -21,7 +21,7 @@ class TheoryDifference:
     """Measured points against the nearest stable branch of `theory`, in percent of its T.
 
     The lists hold every measured point, in the curve's order: its `branch` (`none` where no
-    stable one exists, counted by `unmatched`), the branch's T, the deviation from it in percent
+    stable one is near, counted by `unmatched`), the branch's T, the deviation from it in percent
     and in standard uncertainties (`z`), NaN where there is no branch. `near` counts |z| <= 2.
     """
 

@@ -101,7 +101,11 @@ def reading_section(estimates: Labelled, theory: Sequence[Prediction]) -> str:
         'where T &lt; 1. The phase is that of the top against the base, negative when it lags. '
         'THD is the root sum square of the top&#39;s harmonics over its fundamental.',
         f'Estimated by: {sources}.' if sources else '',
-        'Theory: solid where the motion is stable, dashed where it is not.' if theory else '',
+        'Theory: solid where the motion is stable, dashed where it is not, an arrow where a sweep '
+        'cannot go on and jumps up or down. A measured point is on the stable branch nearest in T, '
+        'on none farther than a factor of 2; σ is the stated uncertainty of the point.'
+        if theory
+        else '',
         'Drag to zoom, double-click to return, click a name to hide its curves.',
     ]
     return '<footer>' + ''.join(f'<p>{line}</p>' for line in lines if line) + '</footer>\n'

@@ -36,9 +36,11 @@ class _Path:
 
 
 def predict(scale: Scale, oscillator: Oscillator, rest: float) -> Prediction | None:
-    """All branches of `oscillator`, which rests at ŵ = `rest`, over the range of `scale`; None
-    where no steady motion was found."""
-    found = frequency_response(oscillator, scale.omega(scale.low_hz), scale.omega(scale.high_hz))
+    """The branches of `oscillator`, which rests at ŵ = `rest`, that reach an end of the range of
+    `scale`; None where no steady motion was found."""
+    # a run waits for this, and isolated branches can take minutes to look for
+    omega = scale.omega(scale.low_hz), scale.omega(scale.high_hz)
+    found = frequency_response(oscillator, *omega, isolas=False)
     branches = [
         piece
         for number, branch in enumerate(found.branches)

@@ -20,14 +20,18 @@ NEAR = 2.0
 """|z| up to which a point counts as being on its branch."""
 
 
+FAR = 2.0
+"""Ratio of T from which a point is on no branch: in a jump, or in a motion of another period."""
+
+
 @dataclass(frozen=True)
 class Labels:
     """The points (n,) of one measured curve against the nearest stable branch of a prediction,
     nearest in the ratio of the transmissibilities.
 
-    `branch` is its name, `none` where no stable branch exists; `transmissibility`, `phase_deg`
-    are those of the branch, z is (measured - predicted) / uncertainty of the measured one: NaN
-    where there is no branch or no stated uncertainty.
+    `branch` is its name, `none` where no stable one lies within a ratio of FAR;
+    `transmissibility`, `phase_deg` are those of the branch, z is (measured - predicted) /
+    uncertainty of the measured one: NaN where there is no branch or no stated uncertainty.
     """
 
     dof: str
@@ -58,7 +62,7 @@ class Labels:
             for name, (within, total) in known.items()
         ]
         lost = self.counts.get(NONE)
-        return ', '.join(said + ([f'{lost[1]} without a branch'] if lost else []))
+        return ', '.join(said + ([f'{lost[1]} on no branch'] if lost else []))
 
 
 def label(curve: Curve, prediction: Prediction) -> Labels:
@@ -68,7 +72,7 @@ def label(curve: Curve, prediction: Prediction) -> Labels:
     T, phase = _table(f, prediction.branches)
     with np.errstate(divide='ignore', invalid='ignore'):
         gap = np.abs(np.log(measured / T))
-        gap = np.where(np.isfinite(gap), gap, np.inf)
+        gap = np.where(gap < np.log(FAR), gap, np.inf)
         nearest = np.argmin(gap, axis=0)
         row = np.arange(len(f))
         nearest = np.where(np.isfinite(gap[nearest, row]), nearest, len(names) - 1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from qzs_rig.dof import DOFS
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
@@ -29,4 +31,5 @@ def _predict(spec: RunSpec, platform: Platform, scale: Scale) -> Prediction:
     k = DOFS.index(scale.dof)
     oscillator = Oscillator.of(spec, scale.dof, scale.amplitude, scale.falloff)
     found = balance.predict(scale, oscillator, platform.rest[k])
-    return found or one_term.predict(scale, *platform.cubic[k], platform.zeta[k])
+    found = found or one_term.predict(scale, *platform.cubic[k], platform.zeta[k])
+    return replace(found, label=f'{found.label}, uncoupled') if platform.coupled else found

@@ -200,6 +200,6 @@ def test_points_outside_the_theory_are_counted():
     one = np.ones(2)
     line = Branch('only', np.array([1.0, 2.0]), one, 0 * one, one, one.astype(bool))
     theory = Prediction('vertical', 'line', 'by hand', (line,), (), ())
-    row = theory_difference('run', straight([0.5, 1.0, 1.5, 2.5]), theory)
+    row = theory_difference('run', straight([0.5, 1.0, 1.5, 2.5], 4 * [1.1]), theory)
     assert (row.points, row.unmatched) == (2, 2)
     assert np.isnan(row.deviation_percent[[0, 3]]).all()

@@ -117,6 +117,9 @@ def test_one_run_with_theory(browser, run, theory, tmp_path):
     low, high = theory.folds
     assert hover[0].startswith(f'jump up at {low.frequency_hz:.4f} Hz from T = ')
     assert hover[1].endswith(f'to T = {high.transmissibility[1]:.4g} on the lower branch')
+    points = page.execute_script("return document.querySelector('.plot').data[0].text")
+    assert points[0].startswith('<br>upper branch, z = ')
+    assert points[-1].startswith('<br>lower branch, z = ')
     header, forward, reverse = cells(page, 1)
     assert header[-2:] == ['within 2σ', 'remark'] and forward[-2] == reverse[-2] == '240'
     assert re.fullmatch(

@@ -50,7 +50,14 @@ def test_no_stable_branch_no_label():
     found = labels.label(measured(f, np.ones(3)), THEORY)
     assert (found.branch[0], found.branch[2]) == ('none', 'none')
     assert np.isnan(found.z[[0, 2]]).all() and np.isfinite(found.z[1])
-    assert found.sentence.endswith(', 2 without a branch')
+    assert found.sentence.endswith(', 2 on no branch')
+
+
+def test_a_point_in_a_jump_is_on_no_branch():
+    lower = on('lower', INSIDE)
+    above = [labels.label(measured(INSIDE[:5], k * lower[:5]), THEORY) for k in (1.9, 0.45)]
+    assert [set(found.branch) for found in above] == [{'lower'}, {'none'}]
+    assert np.isnan(above[1].z).all() and np.isnan(above[1].transmissibility).all()
 
 
 def test_the_unstable_branch_attracts_nothing():
