@@ -13,7 +13,7 @@ from qzs_rig.cli import oscillating, results
 from qzs_rig.cli.progress import bar
 from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table, number
-from qzs_rig.datasheet.motions import HUES, Field, Scene, Wave, drawn
+from qzs_rig.drawing.motions import HUES, Field, Scene, Wave, drawn
 from qzs_rig.errors import RigError
 from qzs_rig.theory.basin import LOST, UNSETTLED, Basin, basin
 from qzs_rig.theory.jump_margin import JumpMargin, jump_margin

@@ -14,7 +14,7 @@ from qzs_rig.cli import oscillating, results
 from qzs_rig.cli.progress import bar
 from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table
-from qzs_rig.datasheet.motions import Dots, Scene, drawn
+from qzs_rig.drawing.motions import Dots, Scene, drawn
 from qzs_rig.errors import InputError
 from qzs_rig.parameters import RunSpec
 from qzs_rig.theory.along import RATIOS, SLANT, lanes_along

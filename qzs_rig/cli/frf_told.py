@@ -13,7 +13,7 @@ from qzs_rig.compare.page import page
 from qzs_rig.compare.save import write_new
 from qzs_rig.compare.sections import header, table_section
 from qzs_rig.compare.tables import Table
-from qzs_rig.datasheet import response_sheet
+from qzs_rig.drawing import response_sheet
 from qzs_rig.drawing.interactive import section
 from qzs_rig.drawing.sheet import Sheet
 from qzs_rig.drawing.write import pictures
