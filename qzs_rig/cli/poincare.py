@@ -12,8 +12,8 @@ from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating, results
 from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table, number
-from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
 from qzs_rig.dof import TRANSLATIONS
+from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
 from qzs_rig.theory.accuracy import strobe_within
 from qzs_rig.theory.bifurcation import VISIBLE, Diagram, judged
 from qzs_rig.theory.history import History, history

@@ -51,6 +51,7 @@ HOMES = {
     'plotly': {'compare'},
     'matplotlib': {'compare', 'drawing', 'campaign'},
     'numba': {'mechanics', 'theory'},
+    'threadpoolctl': {'theory'},
     'tqdm': {'cli'},
     'dask': {'campaign'},
     'distributed': {'campaign'},
