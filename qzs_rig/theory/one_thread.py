@@ -6,7 +6,8 @@ from collections.abc import Callable
 from functools import cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
-In, Out = ParamSpec('In'), TypeVar('Out')
+In = ParamSpec('In')
+Out = TypeVar('Out')
 
 
 def one_thread(function: Callable[In, Out]) -> Callable[In, Out]:
