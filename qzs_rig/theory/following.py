@@ -62,7 +62,7 @@ def follow(
     if level < 0:
         return 0, UNSTARTED
     keep(path[0], y)
-    s[0], h, count, edge, sign, first = 0.0, 0.1 * walk.step, 1, 0.0, 0.0, 0
+    s[0], h, count, edge, sign, first, off = 0.0, 0.1 * walk.step, 1, 0.0, 0.0, 0, False
     while count < len(path):
         last = path[count - 1]
         weigh(last, scratch.weight)
@@ -82,9 +82,9 @@ def follow(
         # where `side` changes is another branch, or a branch point; only that stays when near
         strayed = sign not in (side, 0.0) and h > 0.02 * walk.step and edge == 0.0
         if ended != BALANCED or miss > min(8.0 * walk.miss, 0.3 * h) or strayed:
-            h, edge = 0.5 * h, 0.0
+            h, edge, off = 0.5 * h, 0.0, off or ended == LEFT
             if h < 1e-5 * walk.step:
-                return count, OFF if ended == LEFT else STUCK
+                return count, OFF if off else STUCK
             if count > 1 and h < 0.1 * (s[count - 1] - s[count - 2]):
                 # a bend so sharp that the points before it mislead
                 first = count - 1
@@ -105,7 +105,7 @@ def follow(
             # take the step again, to the edge that it has crossed
             h = length * (edge - last[len(y) - 1]) / (y[len(y) - 1] - last[len(y) - 1])
             continue
-        sign = side
+        sign, off = side, False
         count += 1
         if count > ORDER and is_home(walk, scratch, s, path, count, y):
             keep(path[count - 1], path[0])
