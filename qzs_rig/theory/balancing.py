@@ -139,14 +139,20 @@ def slope(motion: Any, scratch: Any, level: int, y: Any) -> None:
     rows[1][n] -= motion.amplitude * motion.power * omega ** (motion.power - 1.0)
 
 
-def correct(sample: Any, motion: Any, scratch: Any, level: int, y: Any) -> int:
-    """Newton across `normal`, which keeps its factors while they contract; how it ended."""
+def correct(sample: Any, motion: Any, scratch: Any, level: int, renew: bool, y: Any) -> int:
+    """Newton across `normal`, which keeps its factors while they contract; how it ended.
+
+    With `renew`, `rows` are factorised at the solution, else somewhere near.
+    """
     before = math.inf
     for _ in range(12):
         size = balance(sample, motion, scratch, level, y)
         if not size < math.inf:
             return LEFT
         if size <= 1e-12:
+            if renew:
+                slope(motion, scratch, level, y)
+                eliminate(scratch.rows, scratch.order)
             return BALANCED
         if size > 0.05 * before or before == math.inf:
             slope(motion, scratch, level, y)

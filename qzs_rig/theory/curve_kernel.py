@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from qzs_rig.mechanics.specialise import Function, compiled, interpreted
+from qzs_rig.mechanics.specialise import Function, compiled
 from qzs_rig.theory import balancing, elimination, following, liouville, sampled, settling
 from qzs_rig.theory.balancing import Motion, Scratch
 from qzs_rig.theory.following import Walk
@@ -20,17 +21,18 @@ SAMPLES = 1024
 SUMS: set[str] = {'reassoc', 'contract'}
 """Sums may be taken in any order: vector code, whose last digits differ from the interpreter's."""
 
-_PARTS = (
+CORRECT = (
     elimination.eliminate,
-    elimination.orientation,
     elimination.substitute,
-    settling.acceleration,
-    settling.advance,
-    settling.settle,
     balancing.forces,
     balancing.balance,
     balancing.slope,
-    balancing.correct,
+)
+SETTLE = (settling.acceleration, settling.advance)
+FOLLOW = (
+    elimination.orientation,
+    elimination.substitute,
+    balancing.forces,
     balancing.aliasing,
     balancing.hold,
     following.keep,
@@ -42,13 +44,17 @@ _PARTS = (
     following.crossed,
     following.is_home,
 )
-"""What `follow` is made of; each knows those before it."""
+MONODROMIES = (liouville.resolution, liouville.trace_of)
+"""What the kernels are made of; each part knows those before it."""
 
 
 class Kernels(NamedTuple):
-    """`follow` and `monodromies`, and whether they take lists in place of arrays."""
+    """`follow`, the two that it takes as arguments, and `monodromies`. All take `lists` in place of
+    arrays, or none."""
 
     follow: Function
+    settle: Function
+    correct: Function
     monodromies: Function
     lists: bool
 
@@ -100,34 +106,44 @@ def _listed(harmonics: int, coarsest: int) -> Any:
     return waves(harmonics, coarsest).table.tolist()
 
 
+def _parts(of: Iterable[Function]) -> dict[str, Function]:
+    return {part.__name__: part for part in of}
+
+
 @cache
 def in_interpreter() -> Kernels:
     """Templates as they are: some hundred times slower."""
-    parts = {part.__name__: part for part in (liouville.resolution, liouville.trace_of)}
-    return Kernels(following.follow, interpreted(liouville.monodromies, parts), lists=True)
+    return Kernels(
+        following.follow, settling.settle, balancing.correct, liouville.monodromies, lists=True
+    )
 
 
 @cache
 def in_numba() -> Kernels:
-    """One pair for every law and number of harmonics; ImportError where numba is missing."""
-    from numba import float64, int64, typeof, types, void
+    """One set for every law and number of harmonics; ImportError where numba is missing.
 
-    line, grid, room = float64[::1], float64[:, ::1], scratch(1, waves(1, 16), lists=False)
+    Parts are pointers to each other: inlined, each would be optimised once more in the next.
+    """
+    from numba import boolean, float64, int64, typeof, types, void
+
+    def kernel(template: Function, parts: Iterable[Function], signature: Any) -> Function:
+        return compiled(template, _parts(parts), fastmath=SUMS, signature=signature)
+
     # numba's own types carry no annotations
     pair: Any = types.UniTuple
     type_of: Any = typeof
-    law = sampled.pointer(), type_of(Motion((0.0,) * 6, *[0.0] * 5)), type_of(room)
+    line, grid = float64[::1], float64[:, ::1]
+    numbers = type_of(Motion((0.0,) * 6, *[0.0] * 5))
+    room = type_of(scratch(1, waves(1, 16), lists=False))
     walk = type_of(Walk(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, settling=True, finest=1))
-    follow = compiled(
-        following.follow,
-        {part.__name__: part for part in _PARTS},
-        fastmath=SUMS,
-        signature=pair(int64, 2)(*law, walk, line, grid, line),
+    law = sampled.pointer(), numbers, room
+    settles, corrects = void(*law, line), int64(*law, int64, boolean, line)
+    pointers = sampled.pointer(), types.FunctionType(settles), types.FunctionType(corrects)
+    follows = pair(int64, 2)(*pointers, numbers, room, walk, line, grid, line)
+    return Kernels(
+        kernel(following.follow, FOLLOW, follows),
+        kernel(settling.settle, SETTLE, settles),
+        kernel(balancing.correct, CORRECT, corrects),
+        kernel(liouville.monodromies, MONODROMIES, void(*law, int64, grid, int64, line)),
+        lists=False,
     )
-    monodromies = compiled(
-        liouville.monodromies,
-        {part.__name__: part for part in (liouville.resolution, liouville.trace_of)},
-        fastmath=SUMS,
-        signature=void(*law, int64, grid, int64, line),
-    )
-    return Kernels(follow, monodromies, lists=False)

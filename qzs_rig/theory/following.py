@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from qzs_rig.theory.balancing import BALANCED, LEFT, aliasing, balance, correct, hold, slope
-from qzs_rig.theory.elimination import eliminate, orientation, substitute
-from qzs_rig.theory.settling import settle
+from qzs_rig.theory.balancing import BALANCED, LEFT, aliasing, hold
+from qzs_rig.theory.elimination import orientation, substitute
 
 AT_LOW, AT_HIGH, CLOSED, UNSTARTED, OFF, STUCK, FULL = range(7)
 """Why `follow` ends."""
@@ -44,39 +43,48 @@ class Walk(NamedTuple):
 
 
 def follow(
-    sample: Any, motion: Any, scratch: Any, walk: Any, y: Any, path: Any, s: Any
+    sample: Any,
+    settle: Any,
+    correct: Any,
+    motion: Any,
+    scratch: Any,
+    walk: Any,
+    y: Any,
+    path: Any,
+    s: Any,
 ) -> tuple[int, int]:
     """From the motion near y at walk.begin along its branch, through folds, out of the band.
 
     Fills path (., 2H + 2) and its arc length s. Returns the number of points and why it ended;
     where that is at an edge of the band, the last point lies exactly on it.
     """
-    level = begin(sample, motion, scratch, walk, y, path[0])
+    level = begin(sample, settle, correct, motion, scratch, walk, y, path[0])
     if level < 0:
         return 0, UNSTARTED
-    keep(path, 0, y)
-    s[0], h, count, edge, sign, first = 0.0, 0.1 * walk.step, 1, 0.0, 0.0, 0
+    keep(path[0], y)
+    s[0], h, count, edge, sign, first, off = 0.0, 0.1 * walk.step, 1, 0.0, 0.0, 0, False
     while count < len(path):
         last = path[count - 1]
         weigh(last, scratch.weight)
         if first == count - 1:
-            depart(sample, motion, scratch, level, last, sign, walk.sense, h, y)
+            depart(sample, correct, motion, scratch, level, last, sign, walk.sense, h, y)
         else:
-            extrapolate(s, path, max(first, count - ORDER), count, s[count - 1] + h, y, scratch)
+            near = max(first, count - ORDER)
+            extrapolate(s[near:count], path[near:count], s[count - 1] + h, y, scratch)
         for c in range(len(y)):
             scratch.guess[c] = y[c]
             scratch.normal[c] = scratch.weight[c] * scratch.along[c]
         if edge > 0.0:
             hold(scratch, y, edge)
-        ended = correct(sample, motion, scratch, level, y)
+        ended = correct(sample, motion, scratch, level, False, y)
         miss = distance(y, scratch.guess, scratch.weight)
         side = orientation(scratch.rows, scratch.order)
         # where `side` changes is another branch, or a branch point; only that stays when near
         strayed = sign not in (side, 0.0) and h > 0.02 * walk.step and edge == 0.0
         if ended != BALANCED or miss > min(8.0 * walk.miss, 0.3 * h) or strayed:
-            h, edge = 0.5 * h, 0.0
+            h, edge, off = 0.5 * h, 0.0, off or ended == LEFT
             if h < 1e-5 * walk.step:
-                return count, OFF if ended == LEFT else STUCK
+                return count, OFF if off else STUCK
             if count > 1 and h < 0.1 * (s[count - 1] - s[count - 2]):
                 # a bend so sharp that the points before it mislead
                 first = count - 1
@@ -88,7 +96,7 @@ def follow(
         if mixed < FINE and level > 0:
             level -= 1
         length = distance(y, last, scratch.weight)
-        keep(path, count, y)
+        keep(path[count], y)
         s[count] = s[count - 1] + length
         if edge > 0.0:
             return count + 1, AT_LOW if edge == walk.low else AT_HIGH
@@ -97,41 +105,48 @@ def follow(
             # take the step again, to the edge that it has crossed
             h = length * (edge - last[len(y) - 1]) / (y[len(y) - 1] - last[len(y) - 1])
             continue
-        sign = side
+        sign, off = side, False
         count += 1
         if count > ORDER and is_home(walk, scratch, s, path, count, y):
-            keep(path, count - 1, path[0])
+            keep(path[count - 1], path[0])
             return count, CLOSED
         growth = 0.9 * (walk.miss / (miss + 1e-300)) ** (1.0 / max(2, min(count - first, ORDER)))
         h = min(walk.step, length * min(2.0, growth))
     return count, FULL
 
 
-def begin(sample: Any, motion: Any, scratch: Any, walk: Any, y: Any, start: Any) -> int:
+def begin(
+    sample: Any,
+    settle: Any,
+    correct: Any,
+    motion: Any,
+    scratch: Any,
+    walk: Any,
+    y: Any,
+    start: Any,
+) -> int:
     """Turn the guess y into a motion at walk.begin; its level of sampling, -1 where none is near.
 
     Newton from the guess, else from what the guess, kept in `start`, becomes with time.
     """
-    n = len(y) - 1
-    y[n] = walk.begin
+    y[len(y) - 1] = walk.begin
     for attempt in range(12):
         if attempt > 0 or walk.settling:
             settle(sample, motion, scratch, y)
-        for c in range(n + 1):
-            start[c] = y[c]
+        keep(start, y)
         for level in range(walk.finest + 1):
             hold(scratch, y, walk.begin)
-            if correct(sample, motion, scratch, level, y) != BALANCED:
+            if correct(sample, motion, scratch, level, False, y) != BALANCED:
                 break
             if level == walk.finest or aliasing(motion, scratch, level, y) <= COARSE:
                 return level
-        for c in range(n + 1):
-            y[c] = start[c]
+        keep(y, start)
     return -1
 
 
 def depart(
     sample: Any,
+    correct: Any,
     motion: Any,
     scratch: Any,
     level: int,
@@ -144,10 +159,9 @@ def depart(
     """Put y a length h along the tangent at `last`: in the direction in which the determinant of
     the slope with the tangent below it has this `sign`, or with 0 in which `sense` points."""
     along, n = scratch.along, len(y) - 1
+    keep(y, last)
     hold(scratch, y, last[n])
-    balance(sample, motion, scratch, level, last)
-    slope(motion, scratch, level, last)
-    eliminate(scratch.rows, scratch.order)
+    correct(sample, motion, scratch, level, True, y)
     for c in range(n):
         along[c] = 0.0
     along[n] = sense if sign == 0.0 else sign * orientation(scratch.rows, scratch.order)
@@ -178,18 +192,19 @@ def is_home(walk: Any, scratch: Any, s: Any, path: Any, count: int, y: Any) -> b
     if not 0.0 < share <= 1.0 or distance(home, last, weight) > 1.2 * length:
         return False
     at = s[count - 2] + share * length
-    extrapolate(s, path, count - ORDER, count, at, y, scratch)
+    near = count - ORDER
+    extrapolate(s[near:count], path[near:count], at, y, scratch)
     return bool(distance(home, y, weight) < 4.0 * walk.miss)
 
 
-def extrapolate(s: Any, path: Any, first: int, count: int, at: float, y: Any, scratch: Any) -> None:
-    """Fill y and its slope `along` with the polynomial through path[first:count] at `at`."""
+def extrapolate(s: Any, path: Any, at: float, y: Any, scratch: Any) -> None:
+    """Fill y and its slope `along` with the polynomial through `path` over s at `at`."""
     along = scratch.along
     for c in range(len(y)):
         y[c] = along[c] = 0.0
-    for i in range(first, count):
+    for i in range(len(s)):
         weight, rise = 1.0, 0.0
-        for j in range(first, count):
+        for j in range(len(s)):
             if j != i:
                 gap = s[i] - s[j]
                 rise = (rise * (at - s[j]) + weight) / gap
@@ -218,8 +233,7 @@ def distance(a: Any, b: Any, weight: Any) -> float:
     return math.sqrt(square)
 
 
-def keep(path: Any, count: int, y: Any) -> None:
+def keep(point: Any, y: Any) -> None:
     """Write y down as a point."""
-    point = path[count]
     for c in range(len(y)):
         point[c] = y[c]

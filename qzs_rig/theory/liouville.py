@@ -29,8 +29,9 @@ def monodromies(
             level += 1
             resolved = resolution(sample, motion, scratch, level, path[i])
         samples, omega = scratch.coarsest << level, path[i][len(path[i]) - 1]
-        fine = trace_of(motion, scratch, samples, 1, omega)
-        traces[i] = (16.0 * fine - trace_of(motion, scratch, samples, 2, omega)) / 15.0
+        for every in range(1, 3):
+            found = trace_of(motion, scratch, samples, every, omega)
+            traces[i] = found if every == 1 else (16.0 * traces[i] - found) / 15.0
 
 
 def resolution(sample: Any, motion: Any, scratch: Any, level: int, y: Any) -> float:

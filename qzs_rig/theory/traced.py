@@ -150,7 +150,17 @@ def _traced(
         room = [each.tolist() for each in room]
     y, path, line = room
     with np.errstate(all='ignore'):
-        count, why = kernels.follow(own.sample, own.motion, own.scratch, walk, y, path, line)
+        count, why = kernels.follow(
+            own.sample,
+            kernels.settle,
+            kernels.correct,
+            own.motion,
+            own.scratch,
+            walk,
+            y,
+            path,
+            line,
+        )
         kernels.monodromies(own.sample, own.motion, own.scratch, of.finest, path, count, line)
     found = np.array(path[:count], dtype=np.float64).reshape(count, len(guess))
     omega = found[:, -1]
