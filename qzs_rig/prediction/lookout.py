@@ -55,14 +55,21 @@ def refuse_vague(spec: RunSpec) -> None:
 def look_out(spec: RunSpec, drive: Drive, predictions: Sequence[Prediction]) -> Foreseen | None:
     """Where `drive` must be stopped lest a relative stroke exceeds its limit; None if nowhere.
 
-    It depends on the RunSpec alone, so every form of a run stops at the same sample. Raises
-    LimitError where the ramp up itself would end beyond the limit.
+    It depends on the RunSpec alone, so every form of a run stops at the same sample. Where theory
+    knows no stable motion, no limit can be held: that stops the run, too. Raises LimitError where
+    the ramp up itself would end beyond the limit, InputError where a prediction is missing.
     """
     refuse_vague(spec)
     if not spec.flag('run.predictive_abort'):
         return None
     t = np.arange(0.0, drive.duration, GRID_S)
     limits, frequency_hz = _limits(spec), drive.frequencies_hz(t)
+    missing = set(limits) - {prediction.dof for prediction in predictions}
+    if missing:
+        raise InputError(
+            f'there is no theory of {", ".join(sorted(missing))}, so its stroke cannot be '
+            'foreseen; leave run.predictive_abort false'
+        )
     beyond = [
         _first_beyond(prediction, limits[prediction.dof], frequency_hz)
         for prediction in predictions
@@ -110,10 +117,16 @@ def _first_beyond(
     prediction: Prediction, limit: float, frequency_hz: Array
 ) -> tuple[int, str] | None:
     path = follow(prediction, frequency_hz)
-    beyond = np.flatnonzero(path.stroke > limit)
+    beyond = np.flatnonzero(~(path.stroke <= limit))
     if not beyond.size:
         return None
     at = int(beyond[0])
+    if np.isnan(path.stroke[at]):
+        return at, (
+            f'theory knows no stable {prediction.dof.replace("_", " ")} motion at '
+            f'{frequency_hz[at]:.4g} Hz, where run.stroke_limit.{prediction.dof} = {limit:g} '
+            'cannot be held'
+        )
     names = [branch.name for branch in prediction.branches]
     here, before = (int(path.branch[k]) for k in (at, max(at - 1, 0)))
     jumps = f' after a jump from the {names[before]} branch' if 0 <= before != here else ''

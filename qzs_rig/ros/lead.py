@@ -19,7 +19,7 @@ from typing import Any
 from std_srvs.srv import Trigger
 
 from qzs_rig import scenario, wire
-from qzs_rig.errors import PeerError, RigError
+from qzs_rig.errors import InputError, PeerError, RigError
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.document import to_document
@@ -159,14 +159,21 @@ class Lead(RigNode):
         for peer in self.peers:
             part = json.loads(self.statuses[peer].values.get('spec', '{}'))
             self.sheet = self.sheet.of(spec={**self.sheet.spec, **part})
-        self.predictions = predict(self._physics())  # before the clock starts: it may take a while
-        theory = to_document(self.sheet.run_id, self.predictions)
-        self._theory.publish(wire.encode_json(theory))
+        self._foretell()  # before the clock starts: it may take a while
         lead_s = 0.25 if self.sheet.mode == 'real_time' else 0.0
         self._start_clock = time.monotonic() + lead_s  # before `arm`, which may take a while
         start_ns = self.arm(time.time_ns() + int(lead_s * 1e9))
         self.sheet = self.sheet.of(start_ns=start_ns)
         self._announce('armed')
+
+    def _foretell(self) -> None:
+        try:
+            self.predictions = predict(self._physics())
+        except InputError as error:  # a recorded sheet may be of another version
+            self.get_logger().warning(f'no theory of this run: {error}')
+            self.predictions = ()
+        theory = to_document(self.sheet.run_id, self.predictions)
+        self._theory.publish(wire.encode_json(theory))
 
     def _physics(self) -> RunSpec:
         """The run as the sheet tells it; where it does not know a section, as this node does."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -118,6 +120,19 @@ def test_the_first_of_several_counts():
 def test_a_run_that_would_begin_beyond_the_limit_is_refused():
     with pytest.raises(LimitError, match=r'right after the start; lower excitation\.amplitude'):
         seen(ARMED | {'run.stroke_limit.vertical': 0.005})
+
+
+def test_where_nothing_is_known_the_run_stops_ahead_of_it():
+    holed = replace(BENT, branches=BENT.branches[:1])  # below 2 Hz there is nothing
+    foreseen = seen(ARMED | {'run.stroke_limit.vertical': 0.15}, holed)
+    assert foreseen.sample == seen(ARMED | {'run.stroke_limit.vertical': 0.15}).sample
+    assert foreseen.reason.startswith('theory knows no stable vertical motion at 1.99')
+
+
+def test_a_limit_without_a_theory_is_refused():
+    spec = scenario.of(ARMED | {'run.stroke_limit.vertical': 0.15})
+    with pytest.raises(InputError, match='there is no theory of vertical, so its stroke'):
+        look_out(spec, Drive.from_spec(spec, STEP_NS), ())
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,14 @@ def test_a_run_is_stopped_before_the_plate_goes_too_far():
     assert '= 0.15 m, 5 s ahead' in result.stopped
 
 
+def test_a_stroke_that_grows_along_the_upper_branch_is_stopped_too():
+    up = GUARDED | {'excitation.direction': 'forward', 'run.stroke_limit.vertical': 0.25}
+    result, stroke = perform(up)
+    assert 0.2 < stroke < 0.25
+    assert 'm on the upper branch at 1.' in result.stopped
+    assert perform(up | {'run.predictive_abort': False})[1] > 0.3
+
+
 def test_without_the_option_it_runs_through_and_goes_too_far():
     for given in (DOWN, GUARDED | {'run.predictive_abort': False}):
         result, stroke = perform(given)

@@ -8,6 +8,7 @@ import pytest
 from ros_support import SHORT, Lab, document, given, in_process, kept
 
 from qzs_rig import rig, scenario, wire
+from qzs_rig.cli.run import Recorder, sheet_of
 from qzs_rig.prediction.document import to_document
 from qzs_rig.prediction.predict import predict
 
@@ -104,6 +105,21 @@ def test_what_cannot_work_is_refused_before_any_node_starts(lab):
     command = lab.cli('rig', *words, '--out', str(lab.folder / 'out'))
     assert command.code() == 2
     assert 'run.lead_time = 0.5 s is shorter than the ramp down' in command.log
+
+
+def test_a_sheet_of_another_version_is_replayed_without_theory(lab):
+    spec = scenario.of(SHORT)
+    sheet = sheet_of(spec, 'old', 'id')
+    sheet = sheet.of(spec={**sheet.spec, 'platform.colour': 'red'})
+    recorder = Recorder(lab.folder / 'bag', spec, sheet)
+    rig.run(spec, sheet.start_ns, recorder.keep)
+    recorder.close(sheet.of(state='finished'))
+    words = {'bag': str(lab.folder / 'bag'), 'topics': 'imu', 'peers': 'analyzer'}
+    player = lab.node('player', words)
+    analyzer = lab.node('analyzer', folder=str(lab.folder / 'out'))
+    player.says("unknown parameter 'platform.colour'")
+    assert (player.code(), analyzer.code()) == (0, 0)
+    assert not (lab.folder / 'out' / 'theory.json').exists()
 
 
 def test_rubbish_on_the_topic_of_theory_disturbs_no_run(lab):
