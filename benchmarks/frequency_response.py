@@ -48,7 +48,9 @@ EXAMPLE = Oscillator(DUFFING, 'vertical', PAPER_DESIGN, DAMPING / 2, DRIVE, fall
 
 CURVES = {
     'duffing, NLvib example 01': (EXAMPLE, LOW, HIGH),
-    'taylor vertical, H 0.075': (oscillator('taylor', 'vertical', PAPER_DESIGN, 0.07, 0.075), 0.1, 2),
+    'taylor vertical, H 0.075': (
+        oscillator('taylor', 'vertical', PAPER_DESIGN, 0.07, 0.075), 0.1, 2,
+    ),
     'closed_form vertical, H 0.1': (
         oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
     ),

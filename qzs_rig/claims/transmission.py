@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from qzs_rig.claims.settling import AMPLITUDE, TURN, ZETA
+from qzs_rig.claims.frequency import K1, PAYLOAD
+from qzs_rig.claims.settling import AMPLITUDE, OMEGA0, TURN, ZETA
 from qzs_rig.claims.verdict import Verdict, judged
 from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
@@ -58,7 +59,8 @@ def length() -> Verdict:
     for dof in DOFS:
         peaks, starts = [], []
         for L20 in LENGTHS:
-            found, omega0 = of_length(dof, L20)
+            own, omega0 = platform_of_length(dof, L20)
+            found = response(own)
             peaks.append(found.peak[1] if found.peak else math.nan)
             starts.append(isolation(found) * omega0)
             figures[f'{dof}, L20 = {L20:g} m: peak T'] = peaks[-1]
@@ -97,15 +99,15 @@ def onset() -> Verdict:
     )
 
 
-def of_length(dof: str, L20: float) -> tuple[FrequencyResponse, float]:
+def platform_of_length(dof: str, L20: float) -> tuple[Oscillator, float]:
     """A platform of the paper's shape with another L20, and its omega0 in rad/s."""
     own = PAPER_DESIGN
     design = Design.of(own.A, own.k3, own.L1, RADIUS / L20)
     if dof in TRANSLATIONS:
-        return response(oscillator('corrected', dof, design, ZETA, BASE / L20)), 20.0
-    inertia = 50.0 * RADIUS**2 / (2.0 if dof == 'vertical_rotation' else 4.0)
-    omega0 = math.sqrt(20000.0 * L20 * RADIUS / inertia)
-    return response(oscillator('corrected', dof, design, ZETA, TURN)), omega0
+        return oscillator('corrected', dof, design, ZETA, BASE / L20), OMEGA0
+    inertia = PAYLOAD * RADIUS**2 / (2.0 if dof == 'vertical_rotation' else 4.0)
+    omega0 = math.sqrt(K1 * L20 * RADIUS / inertia)
+    return oscillator('corrected', dof, design, ZETA, TURN), omega0
 
 
 def response(own: Oscillator) -> FrequencyResponse:

@@ -1,4 +1,4 @@
-"""`qzs-rig figures`: the paper's dynamic figures, drawn by the rig."""
+"""`qzs-rig figures`: the paper's figures of transmissibility, drawn by the rig."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from typing import Any
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError
-from qzs_rig.paper_figures import FIGURES, write
+from qzs_rig.paper_figures import FIGURES
 
 
 def add_to(verbs: Any) -> None:
     """`figures` on the command line."""
     command = verbs.add_parser(
         'figures',
-        help="the paper's dynamic figures, computed and measured anew",
-        description="Draw the paper's figures of motion as the rig computes and measures them: an "
-        'interactive page, SVG and PNG each. Figures 9 to 12 come from qzs-rig statics.',
+        help="the paper's figures of transmissibility, computed and measured anew",
+        description="Draw the paper's figures of transmissibility: 19 and 20 by harmonic balance, "
+        '22 and 23 as runs of the rig over theory; a page, SVG and PNG each. Figures 9 to 12 come '
+        'from qzs-rig statics, 13 and 14 from qzs-rig bifurcation, 15 to 18 from qzs-rig poincare.',
     )
     command.add_argument(
         'numbers', nargs='*', metavar='N', help=f'of {", ".join(FIGURES)} (default: all)'
@@ -40,12 +41,9 @@ def execute(options: argparse.Namespace) -> int:
     lines = []
     try:
         for number in numbers:
-            figure = FIGURES[number]()
-            paths = write.measured(folder, figure)
-            lines += [figure.title, f'    {figure.caption}', *(f'    {path}' for path in paths)]
-            document['figures'].append(
-                {'number': number, 'title': figure.title, 'files': [str(path) for path in paths]}
-            )
+            paths = [str(path) for path in FIGURES[number](folder)]
+            lines += [f'figure {number}  {path}' for path in paths]
+            document['figures'].append({'number': number, 'files': paths})
             progress.update(1)
     finally:
         progress.close()
