@@ -73,8 +73,8 @@ def _over_length(dof: str) -> Panel:
 
 def _lines(label: str, found: FrequencyResponse, style: int, scale: float) -> Iterator[Line]:
     """All branches in one colour, named once."""
-    for branch in found.branches:
-        for stable, stroke in ((True, 'solid'), (False, 'dashed')):
+    for stable, stroke in ((True, 'solid'), (False, 'dashed')):
+        for branch in found.branches:
             own = shown(branch, stable)
             if own.any():
                 T = np.where(own, branch.T, np.nan)
