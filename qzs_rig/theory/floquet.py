@@ -55,7 +55,8 @@ def floquet(
     found = np.asarray(np.stack([trace + root, trace - root], axis=-1) / 2, dtype=np.complex128)
     if odd:
         # odd waves change sign over half a period, even ones do not
-        return Floquet(found**2, 1 + D + trace, 1 + D - trace)
+        with np.errstate(over='ignore', invalid='ignore'):
+            return Floquet(found**2, 1 + D + trace, 1 + D - trace)
     return Floquet(found, 1 + D - trace, 1 + D + trace)
 
 
