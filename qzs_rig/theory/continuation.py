@@ -87,9 +87,11 @@ def solve(
 def start(equations: Equations, x: Array, p: float, direction: float) -> Point:
     """The point of a solution, its tangent heading where p grows (`direction` > 0) or falls."""
     size = float(np.linalg.norm(x)) or 1.0
-    ahead = np.zeros(len(x) + 1)
-    ahead[-1] = math.copysign(1.0, direction)
-    return located(equations, x, p, size, ahead)
+    _, jacobian, slope = _quiet(equations, x, p)
+    # the path may run at one p: what the slopes leave out, not what p asks for
+    ahead = np.linalg.svd(np.column_stack([jacobian * size, slope]))[2][-1]
+    sign = ahead[-1] if abs(ahead[-1]) > 1e-9 else 1.0
+    return located(equations, x, p, size, math.copysign(1.0, sign * direction) * ahead)
 
 
 def located(equations: Equations, x: Array, p: float, size: float, like: Array) -> Point:

@@ -124,7 +124,9 @@ def test_odd_harmonics_are_enough_for_an_odd_law():
 def test_hill_and_floquet_have_the_same_sign():
     path = follow(Task(DUFFING, 1.5, _start(DUFFING, 1.5), 0.9, 1.6))
     found = floquet(DUFFING, path.omega, path.coefficients)
-    signs = [determinants(DUFFING, w, x) for w, x in zip(path.omega, path.coefficients, strict=True)]
+    signs = [
+        determinants(DUFFING, w, x) for w, x in zip(path.omega, path.coefficients, strict=True)
+    ]
     clear = np.abs(found.same) > 1e-6
     assert (np.sign([same for same, _ in signs]) == np.sign(found.same))[clear].all()
     assert (np.sign([other for _, other in signs]) == np.sign(found.other)).all()
