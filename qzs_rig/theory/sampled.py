@@ -54,7 +54,7 @@ def in_numba(law: RestoringLaw, dof: int) -> Function:
     """`sample` of a law for arrays, an argument of compiled code; ImportError without numba."""
     from numba import void
 
-    return compiled(sample, _formulas(law, dof), signature=void(*arguments()))
+    return compiled(sample, _formulas(law, dof), signature=void(*arguments()), allocates=False)
 
 
 @cache
