@@ -74,7 +74,7 @@ def reference(periods: int) -> Array:
 
 
 def heyoka_batch(tolerance: float, width: int) -> Callable[[], Array]:
-    """heyoka's batch integrator over the PEER runs, `width` at a time; (len(PEER), PEER_PERIODS)."""
+    """heyoka over the PEER runs, `width` at a time; gives w (len(PEER), PEER_PERIODS)."""
     import heyoka as hy
 
     A, k3, L1, _, a, b = PAPER_DESIGN
@@ -137,7 +137,7 @@ def diagram() -> None:
     # two independent methods at their tightest: DOP853 says how far the fine steps can be trusted
     slow = reference(PEER_PERIODS)
     fine = strobe(lanes[PEER], steps=256, periods=PEER_PERIODS, keep=PEER_PERIODS, early=False)
-    print(f'reference: 256 steps a period; it differs from DOP853 (rtol 1e-13) by')
+    print('reference: 256 steps a period; it differs from DOP853 (rtol 1e-13) by')
     print(f'{np.abs(fine.w - slow).max():.1e} over {PEER_PERIODS} periods of {len(PEER)} runs\n')
     print(f'{"1000 zeta x 500 periods":58}{"s":>9}{"ratio":>9}{"max error":>11}{"over 1e-6":>10}')
     fixed = {'steps': STEPS, 'periods': PERIODS, 'keep': KEEP}

@@ -16,12 +16,17 @@ def interpreted(template: Any, formulas: Mapping[str, Function]) -> Function:
 
 
 def compiled(
-    template: Any, formulas: Mapping[str, Function], *, fastmath: bool | set[str] = False
+    template: Any,
+    formulas: Mapping[str, Function],
+    *,
+    fastmath: bool | set[str] = False,
+    signature: Any = None,
 ) -> Function:
     """What `interpreted` gives, compiled by numba with the formulas inlined, and kept on disk.
 
     The file that keeps it is named after what the formulas compute, so an edited formula is
-    compiled anew. A formula may be compiled already. Raises ImportError where numba is missing.
+    compiled anew. A formula may be compiled already. With a `signature` of numba the kernel takes
+    only that, and can be passed to another as a pointer. Raises ImportError where numba is missing.
     """
     from numba import njit
 
@@ -34,7 +39,7 @@ def compiled(
     # sets of words have another order in every process
     relaxed = sorted(fastmath) if isinstance(fastmath, set) else fastmath
     stamp = hashlib.sha256(f'{told}{relaxed}'.encode()).hexdigest()[:16]
-    kernel: Function = njit(cache=True, **how)(
+    kernel: Function = njit(signature, cache=True, **how)(
         _bound(template, inner, f'{template.__name__}_{stamp}')
     )
     return kernel

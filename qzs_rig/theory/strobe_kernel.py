@@ -202,6 +202,7 @@ def workspace(steps: int) -> tuple[Any, ...]:
 
 
 def sweep(
+    advance: Any,
     work: Any,
     design: Any,
     block: Any,

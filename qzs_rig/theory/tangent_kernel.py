@@ -49,6 +49,7 @@ def advance(
 
 
 def stretch(
+    advance: Any,
     work: Any,
     design: Any,
     block: Any,
