@@ -33,9 +33,9 @@ def compiled(
 
     The file that keeps it is named after what the formulas compute, so an edited formula is
     compiled anew. A formula may be compiled already. With a `signature` it is compiled at once and
-    may itself be an argument of compiled code. Where nothing `allocates`,
-    arrays' references need no counting, which costs small kernels a fifth of their time. Raises
-    ImportError where numba is missing.
+    may itself be an argument of compiled code. Where nothing `allocates`, references to arrays need
+    no counting, which costs small kernels a fifth of their time. Raises ImportError where numba is
+    missing.
     """
     from numba import njit
 
