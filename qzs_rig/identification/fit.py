@@ -1,0 +1,162 @@
+"""The fit: points to branches, branches to points, until neither moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.errors import InputError
+from qzs_rig.identification.lag import swept_over_steady
+from qzs_rig.identification.least_squares import TOLERANCE, Trial, minimise
+from qzs_rig.identification.plant import plant
+from qzs_rig.identification.points import Points
+from qzs_rig.identification.residuals import Set, State, evaluate, noise_of
+from qzs_rig.identification.response import Response, ends_near, nearest
+from qzs_rig.identification.start import ROUGH, mirrored, starts
+from qzs_rig.identification.unknowns import Unknowns
+from qzs_rig.timehistory import Array
+
+HARMONICS = 7
+ROUNDS = 8
+FROM = 2
+"""Starts that are followed to their end."""
+LARGEST_LAG = 0.15
+"""Relative correction for the sweep up to which the first order is believed."""
+OUTLIER = 6.0
+"""Standard deviations from which a point belongs to neither branch: a transition, not noise."""
+
+ASTRAY, FOLD, FAST = 'on no branch', 'at a fold', 'swept too fast'
+"""Why a point does not count."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A minimum: parameters `values` (p,), the points as counted, residuals and their slopes."""
+
+    unknowns: Unknowns
+    sets: tuple[Set, ...]
+    trial: Trial[State]
+
+    @property
+    def values(self) -> Array:
+        """Of the parameters (p,)."""
+        return self.trial.values
+
+    @property
+    def residual(self) -> Array:
+        """Of what counts (m,), in standard deviations."""
+        return self.trial.residual[self.trial.good]
+
+    @property
+    def jacobian(self) -> Array:
+        """Slopes of `residual` (m, p)."""
+        return self.trial.jacobian[self.trial.good]
+
+    @property
+    def weighted(self) -> bool:
+        """Whether the measurement brought its standard deviations."""
+        return all(item.points.weighted for item in self.sets)
+
+    @property
+    def freedom(self) -> int:
+        """Residuals beyond parameters."""
+        return len(self.residual) - len(self.values)
+
+
+def fits(unknowns: Unknowns, parts: Sequence[Points], harmonics: int = HARMONICS) -> list[Fit]:
+    """Every minimum found, the best first. Raises InputError where no branch meets the points."""
+    found: list[Fit] = []
+    left = starts(unknowns, parts)[:FROM]
+    while left:
+        fit = _settled(unknowns, parts, left.pop(0), harmonics)
+        if fit is not None and all(_apart(fit, other) for other in found):
+            other_side = mirrored(unknowns, fit.values) if len(found) < FROM else None
+            left += [] if other_side is None else [other_side]
+            found.append(fit)
+    if not found:
+        raise InputError(
+            'no branch of the platform passes near the measured points; check '
+            'excitation.amplitude and excitation.quantity, and start nearer with --set'
+        )
+    yardstick = max(found, key=lambda fit: len(fit.residual))
+    return sorted(found, key=lambda fit: cost(fit, yardstick))
+
+
+def cost(fit: Fit, yardstick: Fit) -> float:
+    """Sum of squares over all points, in the standard deviations of `yardstick`; what a fit leaves
+    out counts as an outlier, so that no fit wins by leaving out."""
+    total = 0.0
+    for item, response, by in zip(fit.sets, fit.trial.state, yardstick.sets, strict=True):
+        flat = np.zeros((len(item.points), 1))
+        r, _ = replace(by, lag=item.lag).residual(response.ratio, flat)
+        there = np.concatenate([np.ones(len(item.points), bool), item.points.phased])
+        left = np.tile(item.use & response.good, 2)
+        capped = np.where(left, np.minimum(r**2, OUTLIER**2), OUTLIER**2)
+        total += float(np.sum(capped[there]))
+    return total
+
+
+def _settled(
+    unknowns: Unknowns, parts: Sequence[Points], values: Array, harmonics: int
+) -> Fit | None:
+    noise: list[tuple[float, float]] = [(0.1, 0.1)] * len(parts)
+    used: list[NDArray[np.bool_]] = []
+    for turn in range(ROUNDS):
+        responses = _responses(unknowns, parts, values, harmonics)
+        sets = tuple(
+            _set(points, response, level, turn > 1)
+            for points, response, level in zip(parts, responses, noise, strict=True)
+        )
+        if sum(np.count_nonzero(item.counted) for item in sets) <= len(values):
+            return None
+        begin = evaluate(unknowns, sets, values, responses)
+        trial = minimise(
+            lambda v, state, sets=sets: evaluate(unknowns, sets, v, state),
+            begin,
+            unknowns.scale,
+            unknowns.bounded,
+            ROUGH if turn < 2 else TOLERANCE,
+        )
+        moved = np.abs(trial.values - values) / unknowns.scale
+        values, noise = trial.values, noise_of(trial, sets, len(values))
+        same = len(used) > 0 and all(
+            np.array_equal(a, item.use) for a, item in zip(used, sets, strict=True)
+        )
+        used = [item.use for item in sets]
+        if turn > 2 and same and bool(np.all(moved < 1e-5)):
+            break
+    final = tuple(replace(item, noise=level) for item, level in zip(sets, noise, strict=True))
+    return Fit(unknowns, final, evaluate(unknowns, final, values, trial.state))
+
+
+def _responses(
+    unknowns: Unknowns, parts: Sequence[Points], values: Array, harmonics: int
+) -> tuple[Response, ...]:
+    spec = unknowns.applied(values)
+    return tuple(nearest(plant(spec, points.dof), points, harmonics) for points in parts)
+
+
+def _set(points: Points, response: Response, noise: tuple[float, float], strict: bool) -> Set:
+    """The points that count; outliers are told once the noise is known (`strict`)."""
+    why = np.full(len(points), '', dtype='<U16')
+    lag = np.ones(len(points), dtype=np.complex128)
+    if points.chirp.any():
+        rate = response.plant.rate(points.chirp)
+        lag = swept_over_steady(response.plant, response.omega, rate, response.x)
+        fast = ~(np.abs(lag - 1.0) < LARGEST_LAG)
+        why[fast], lag[fast] = FAST, 1.0
+    why[ends_near(response, points.frequency_hz)] = FOLD
+    why[~response.good] = ASTRAY
+    item = Set(points, why, lag, noise)
+    if strict:
+        r, _ = item.residual(response.ratio, np.zeros((len(points), 1)))
+        far = np.abs(np.where(item.counted, r, 0.0)).reshape(2, -1).max(axis=0) > OUTLIER
+        why[far] = ASTRAY
+    return item
+
+
+def _apart(one: Fit, other: Fit) -> bool:
+    return bool(np.any(np.abs(one.values - other.values) > 1e-2 * one.unknowns.scale))
