@@ -14,17 +14,20 @@ from qzs_rig.timehistory import Array
 
 SETTLED = 'stepped_sine'
 """The estimator whose points have settled; any other followed a sine on the move."""
-MOST = 150
-"""Points kept of one swept curve: neighbours share their windows, more would tell nothing new."""
+WINDOW = 4.0
+"""Periods of an analysis window, and of its distance to the next, where the estimate says none."""
 
 
 def measured(estimate: Estimate, spec: RunSpec) -> list[Points]:
     """The usable points of every curve.
 
-    Of a sweep the transition at a jump and the free vibration after it are left out, as are
-    points in excess of MOST, evenly. An estimate carries no uncertainty for its points.
+    Of a sweep the transition at a jump and the free vibration after it are left out, and of the
+    rest only windows are kept that share no sample: the others would repeat their noise. An
+    estimate carries no uncertainty for its points.
     """
-    return [_points(curve, spec) for curve in estimate.curves]
+    told = estimate.quality.get('settings', {})
+    apart = math.ceil(told.get('periods', WINDOW) / told.get('hop_periods', WINDOW))
+    return [_points(curve, spec, apart) for curve in estimate.curves]
 
 
 def sweep_rate(spec: RunSpec, frequency_hz: Array, direction: str) -> Array:
@@ -43,7 +46,7 @@ def sweep_rate(spec: RunSpec, frequency_hz: Array, direction: str) -> Array:
     return np.full(len(frequency_hz), sign * (high - low) / each)
 
 
-def _points(curve: Curve, spec: RunSpec) -> Points:
+def _points(curve: Curve, spec: RunSpec, apart: int) -> Points:
     keep = np.isfinite(curve.magnitude) & (curve.magnitude > 0)
     settled = curve.estimator == SETTLED
     if not settled and len(keep) >= 3:
@@ -51,7 +54,7 @@ def _points(curve: Curve, spec: RunSpec) -> Points:
             keep[jump.first : jump.last + RINGING] = False
     which = np.flatnonzero(keep)
     if not settled:
-        which = which[:: max(1, math.ceil(len(which) / MOST))]
+        which = which[:: max(apart, 1)]
     n = len(which)
     frequency_hz = curve.frequency_hz[which]
     return Points(

@@ -23,6 +23,8 @@ HARMONICS = 7
 ROUNDS = 8
 FROM = 2
 """Starts that are followed to their end."""
+FULL = 0.8
+"""Share of the points that a fit must account for to be a measure of the others."""
 LARGEST_LAG = 0.15
 """Relative correction for the sweep up to which the first order is believed."""
 OUTLIER = 6.0
@@ -81,7 +83,7 @@ def fits(unknowns: Unknowns, parts: Sequence[Points], harmonics: int = HARMONICS
             'no branch of the platform passes near the measured points; check '
             'excitation.amplitude and excitation.quantity, and start nearer with --set'
         )
-    yardstick = max(found, key=lambda fit: len(fit.residual))
+    yardstick = _finest(found)
     return sorted(found, key=lambda fit: cost(fit, yardstick))
 
 
@@ -97,6 +99,13 @@ def cost(fit: Fit, yardstick: Fit) -> float:
         capped = np.where(left, np.minimum(r**2, OUTLIER**2), OUTLIER**2)
         total += float(np.sum(capped[there]))
     return total
+
+
+def _finest(found: Sequence[Fit]) -> Fit:
+    """The fit of least noise among those that leave out few points: what the measurement can do."""
+    most = max(len(fit.residual) for fit in found)
+    full = [fit for fit in found if len(fit.residual) >= FULL * most]
+    return min(full, key=lambda fit: sum(item.noise[0] for item in fit.sets))
 
 
 def _settled(
@@ -121,7 +130,7 @@ def _settled(
             ROUGH if turn < 2 else TOLERANCE,
         )
         moved = np.abs(trial.values - values) / unknowns.scale
-        values, noise = trial.values, noise_of(trial, sets, len(values))
+        values, noise = trial.values, noise_of(trial, sets)
         same = len(used) > 0 and all(
             np.array_equal(a, item.use) for a, item in zip(used, sets, strict=True)
         )

@@ -46,7 +46,8 @@ class Set:
             r = np.concatenate([(T - size) / points.std, T * turn / points.std])
             weight = np.concatenate([size / points.std, T / points.std])
         else:
-            per = [np.full(len(T), 1.0 / s) for s in self.noise]
+            # what the first order of the lag leaves out is about its square
+            per = [1.0 / np.hypot(s, np.abs(self.lag - 1.0) ** 2) for s in self.noise]
             r = np.concatenate([np.log(T / size) * per[0], turn * per[1]])
             weight = np.concatenate(per)
         return r, -weight[:, None] * np.concatenate([slope.real, slope.imag])
@@ -94,8 +95,9 @@ def _nowhere(sets: Sequence[Set], values: Array, state: State) -> Trial[State]:
     return Trial(values, np.zeros(n), np.zeros((n, len(values))), np.zeros(n, dtype=bool), state)
 
 
-def noise_of(trial: Trial[State], sets: Sequence[Set], parameters: int) -> list[tuple[float, float]]:
+def noise_of(trial: Trial[State], sets: Sequence[Set]) -> list[tuple[float, float]]:
     """Standard deviations of ln T and phase of each set, by its residuals in `trial`."""
+    parameters = len(trial.values)
     spent = 1.0 - parameters / max(np.count_nonzero(trial.good), parameters + 1)
     found, at = [], 0
     for item in sets:
@@ -103,8 +105,17 @@ def noise_of(trial: Trial[State], sets: Sequence[Set], parameters: int) -> list[
         for sigma in item.noise:
             part = slice(at, at + len(item.points))
             r = trial.residual[part][trial.good[part]] * sigma
-            level = float(np.sqrt(np.mean(r**2) / spent)) if r.size else 1.0
-            pair.append(max(level, LEAST_NOISE))
+            pair.append(max(_spread(r, item.points) / spent**0.5, LEAST_NOISE))
             at += len(item.points)
         found.append((pair[0], pair[1]))
     return found
+
+
+def _spread(r: Array, points: Points) -> float:
+    """Root mean square; of a sweep by the median, which the free vibration of its start and its
+    jumps does not widen. Settled points may differ in noise without being wrong."""
+    if not r.size:
+        return 1.0
+    if points.chirp.any():
+        return float(1.4826 * np.median(np.abs(r)))
+    return float(np.sqrt(np.mean(r**2)))
