@@ -16,6 +16,7 @@ from qzs_rig.cli import (
     claims,
     compare,
     design,
+    frf,
     modes,
     replay,
     rig,
@@ -29,7 +30,7 @@ from qzs_rig.errors import RigError
 
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
-    *(statics, modes, springs, design, claims, scenarios),
+    *(statics, modes, springs, design, claims, scenarios, frf),
 )
 
 EPILOG = """\

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from qzs_rig.theory.basis import Basis
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.timehistory import Array
 
@@ -21,57 +23,87 @@ class HarmonicBalance:
     """The balance of `oscillator` in `harmonics` harmonics, vectorised over leading axes.
 
     Coefficients x (..., 2H + 1) are (mean, cos 1, sin 1, cos 2, sin 2, ...) of
-    w(τ) = x0 + Σ x(2k-1) cos kΩτ + x(2k) sin kΩτ, the base moving as cos Ωτ.
+    w(τ) = x0 + Σ x(2k-1) cos kΩτ + x(2k) sin kΩτ, the base moving as cos Ωτ. With `odd` only
+    those of odd harmonics, for motions of an odd law that mirror themselves every half period.
     """
 
     oscillator: Oscillator
     harmonics: int
+    odd: bool = False
 
     @cached_property
-    def samples(self) -> int:
-        """Times a period at which the force is evaluated: products up to third order are exact."""
-        return max(16, 1 << int(np.ceil(np.log2(4 * self.harmonics + 1))))
-
-    @cached_property
-    def to_time(self) -> Array:
-        """(samples, 2H + 1): coefficients to w at the samples."""
-        angle = 2 * np.pi * np.outer(np.arange(self.samples), self._orders) / self.samples
-        wave = np.stack([np.cos(angle), np.sin(angle)], axis=-1).reshape(self.samples, -1)
-        return np.concatenate([np.ones((self.samples, 1)), wave], axis=1)
-
-    @cached_property
-    def to_frequency(self) -> Array:
-        """(2H + 1, samples): values at the samples to coefficients."""
-        back = 2.0 * self.to_time.T / self.samples
-        back[0] *= 0.5
-        return np.asarray(back)
+    def basis(self) -> Basis:
+        """The waves of the coefficients."""
+        return Basis.odd(self.harmonics) if self.odd else Basis.full(self.harmonics)
 
     @property
-    def _orders(self) -> NDArray[np.int64]:
-        return np.arange(1, self.harmonics + 1)
+    def samples(self) -> int:
+        """Times at which the force is evaluated."""
+        return self.basis.samples
+
+    @property
+    def to_time(self) -> Array:
+        """(samples, 2H + 1): coefficients to w at the samples."""
+        return self.basis.to_time
+
+    @property
+    def to_frequency(self) -> Array:
+        """(2H + 1, samples): values at the samples to coefficients."""
+        return self.basis.to_frequency
+
+    @property
+    def _cos1(self) -> int:
+        return 0 if self.odd else 1
 
     def linear(self, omega: ArrayLike) -> Array:
         """(..., 2H + 1, 2H + 1) of w'' + 2 ζ w' in the coefficients."""
-        rate = np.asarray(omega, dtype=np.float64)[..., None] * self._orders
-        matrix = np.zeros((*rate.shape[:-1], 2 * self.harmonics + 1, 2 * self.harmonics + 1))
-        cos, sin = 2 * self._orders - 1, 2 * self._orders
-        matrix[..., cos, cos] = matrix[..., sin, sin] = -(rate**2)
-        matrix[..., cos, sin] = 2 * self.oscillator.zeta * rate
-        matrix[..., sin, cos] = -2 * self.oscillator.zeta * rate
-        return matrix
+        return linear(self.basis, self.oscillator.zeta, omega)
 
     def residual(self, x: Array, omega: ArrayLike) -> Array:
         """What the coefficients x (..., 2H + 1) leave unbalanced, (..., 2H + 1)."""
         force = self.oscillator.force(x @ self.to_time.T) @ self.to_frequency.T
         balance = (self.linear(omega) @ x[..., None])[..., 0] + force
-        balance[..., 1] -= self.oscillator.drive(np.asarray(omega, dtype=np.float64))
+        balance[..., self._cos1] -= self.oscillator.drive(np.asarray(omega, dtype=np.float64))
         return np.asarray(balance)
 
     def jacobian(self, x: Array, omega: ArrayLike) -> Array:
         """Slope of `residual` in the coefficients, (..., 2H + 1, 2H + 1)."""
-        stiffness = self.oscillator.stiffness(x @ self.to_time.T)
-        tangent = (self.to_frequency * stiffness[..., None, :]) @ self.to_time
-        return np.asarray(self.linear(omega) + tangent)
+        return tangent(self.basis, self.oscillator, self.basis, x, omega)
+
+    def linearised(self, x: Array, omega: float) -> tuple[Array, Array, Array]:
+        """`residual`, `jacobian` and the slope of `residual` in ln Ω, all at x (2H + 1,)."""
+        own, basis, rates = self.oscillator, self.basis, self.basis.rates
+        w, spin = basis.to_time @ x, 2 * own.zeta * omega * basis.derivative
+        fixed = spin - np.diag((omega * rates) ** 2)
+        drive = float(own.drive(omega))
+        residual = fixed @ x + basis.to_frequency @ own.force(w)
+        slope = spin @ x - 2 * (omega * rates) ** 2 * x
+        residual[self._cos1] -= drive
+        slope[self._cos1] -= (2 - own.falloff) * drive
+        jacobian = fixed + basis.tangent(_spread(own.stiffness(w), w))
+        return residual, jacobian, slope
+
+
+def linear(basis: Basis, zeta: float, omega: ArrayLike) -> Array:
+    """(..., n, n) of w'' + 2 ζ w' in the n coefficients of `basis`."""
+    frequency = np.asarray(omega, dtype=np.float64)[..., None, None]
+    inertia = np.diag(basis.rates**2)
+    return np.asarray(2 * zeta * frequency * basis.derivative - frequency**2 * inertia)
+
+
+def tangent(
+    basis: Basis, oscillator: Oscillator, motion: Basis, x: Array, omega: ArrayLike
+) -> Array:
+    """(..., n, n): what a small disturbance in `basis` of the motions x in `motion` feels."""
+    w = x @ motion.to_time.T
+    return linear(basis, oscillator.zeta, omega) + basis.tangent(
+        _spread(oscillator.stiffness(w), w)
+    )
+
+
+def _spread(stiffness: Any, w: Array) -> Array:
+    """A linear law's stiffness is one number."""
+    return np.asarray(np.broadcast_to(stiffness, w.shape))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,233 @@
+"""Pseudo-arc-length continuation of the solutions of any equations with one parameter.
+
+Keller (1977); Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems (2019),
+section 4.4. Lengths are relative: motions over their own size, parameters by their logarithm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from qzs_rig.timehistory import Array
+
+
+class Equations(Protocol):
+    """R(x, p) = 0 in as many unknowns x (n,) as equations; p is the logarithm of a parameter."""
+
+    def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
+        """R (n,), its slope in x (n, n) and in p (n,)."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How a path is walked: lengths of a step, and the angle in rad its direction may turn by."""
+
+    first: float = 0.02
+    largest: float = 0.08
+    smallest: float = 1e-7
+    turn: float = 0.2
+    most: int = 4000
+    tolerance: float = 1e-10
+
+
+@dataclass(frozen=True)
+class Point:
+    """A solution x (n,) at p, and the unit tangent of its path: x part (n,) over `size`, then p.
+
+    `size` is what x is measured by around here.
+    """
+
+    x: Array
+    p: float
+    tangent: Array
+    size: float
+
+
+@dataclass(frozen=True)
+class Path:
+    """Points in the order of the walk, and why it ended."""
+
+    points: tuple[Point, ...]
+    reason: str
+
+
+Judge = Callable[[Point], str | None]
+"""Looks at a new point: a reason to end the path with it, or None."""
+
+
+def solve(
+    equations: Equations, x: Array, p: float, tolerance: float = 1e-10, iterations: int = 30
+) -> Array | None:
+    """Newton at fixed p from x (n,); None where it does not converge."""
+    x = np.array(x)
+    for _ in range(iterations):
+        residual, jacobian, _ = _quiet(equations, x, p)
+        move = _solved(jacobian, residual)
+        if move is None:
+            return None
+        x -= move
+        size = float(np.linalg.norm(x))
+        if float(np.linalg.norm(move)) <= math.sqrt(tolerance) * 0.1 * size:
+            return x
+    return None
+
+
+def start(equations: Equations, x: Array, p: float, direction: float) -> Point:
+    """The point of a solution, its tangent heading where p grows (`direction` > 0) or falls."""
+    size = float(np.linalg.norm(x)) or 1.0
+    ahead = np.zeros(len(x) + 1)
+    ahead[-1] = math.copysign(1.0, direction)
+    return Point(x, p, tangent(equations, x, p, size, ahead), size)
+
+
+def tangent(equations: Equations, x: Array, p: float, size: float, like: Array) -> Array:
+    """Unit tangent at a solution, on the side of `like`."""
+    _, jacobian, slope = _quiet(equations, x, p)
+    right = np.zeros(len(x) + 1)
+    right[-1] = 1.0
+    found = _solved(_bordered(jacobian, slope, size, like), right)
+    if found is None:
+        return like
+    return np.asarray(found / np.linalg.norm(found))
+
+
+def correct(
+    equations: Equations, guess: Array, p: float, plane: Array, size: float, tolerance: float
+) -> tuple[Array, float, int] | None:
+    """The solution nearest `guess`, p in the hyperplane across `plane`, with the iterations it
+    took; None where Newton does not converge."""
+    x, before = np.array(guess), math.inf
+    goal = 0.1 * math.sqrt(tolerance)
+    for iteration in range(1, 9):
+        residual, jacobian, slope = _quiet(equations, x, p)
+        move = _solved(_bordered(jacobian, slope, size, plane), np.append(residual, 0.0))
+        if move is None:
+            return None
+        x -= size * move[:-1]
+        p -= float(move[-1])
+        length = float(np.linalg.norm(move))
+        if length <= goal:
+            return x, p, iteration
+        if length > 2 * before or length > 2.0:
+            return None
+        before = length
+    return None
+
+
+def walk(
+    equations: Equations,
+    first: Point,
+    low: float,
+    high: float,
+    judge: Judge = lambda _: None,
+    steps: Steps = Steps(),
+    origin: Point | None = None,
+) -> Path:
+    """From `first` along its tangent until p leaves [low, high] (the last point lies on the bound),
+    the path closes at `origin`, `judge` ends it, or no step succeeds."""
+    points, h = [first], steps.first
+    home = origin or first
+    while len(points) < steps.most:
+        here = points[-1]
+        ahead, h = _step(equations, here, h, steps)
+        if ahead is None:
+            return Path(tuple(points), 'no further step converges')
+        if len(points) > 4 and _passed(home, here, ahead):
+            return Path((*points, home), 'closed')
+        if not low <= ahead.p <= high:
+            bound = low if ahead.p < low else high
+            last = _at_bound(equations, here, ahead, bound, steps)
+            return Path((*points, last) if last else tuple(points), 'range')
+        points.append(ahead)
+        reason = judge(ahead)
+        if reason:
+            return Path(tuple(points), reason)
+    return Path(tuple(points), f'{steps.most} points')
+
+
+def between(
+    equations: Equations, here: Point, ahead: Point, share: float, tolerance: float = 1e-14
+) -> Point | None:
+    """The point of the path in the plane at `share` of the chord from `here` to `ahead`, its
+    tangent along the chord; None where Newton does not converge."""
+    chord = np.append((ahead.x - here.x) / here.size, ahead.p - here.p)
+    plane = chord / np.linalg.norm(chord)
+    guess = here.x + share * (ahead.x - here.x)
+    p = here.p + share * (ahead.p - here.p)
+    found = correct(equations, guess, p, plane, here.size, tolerance)
+    if found is None:
+        return None
+    return Point(*found[:2], tangent(equations, *found[:2], here.size, plane), here.size)
+
+
+def _step(equations: Equations, here: Point, h: float, steps: Steps) -> tuple[Point | None, float]:
+    """The next point, and the length to try after it."""
+    while h >= steps.smallest:
+        guess, p = here.x + h * here.size * here.tangent[:-1], here.p + h * here.tangent[-1]
+        found = correct(equations, guess, p, here.tangent, here.size, steps.tolerance)
+        if found is not None:
+            x, p, iterations = found
+            along = tangent(equations, x, p, here.size, here.tangent)
+            angle = math.acos(min(1.0, float(along @ here.tangent)))
+            if angle < 2 * steps.turn:
+                grow = min(steps.turn / max(angle, 1e-3), 3.0 / iterations, 2.0)
+                ahead = _measured(replace(here, x=x, p=p, tangent=along))
+                return ahead, min(h * max(0.3, grow), steps.largest)
+        h *= 0.5
+    return None, h
+
+
+def _measured(point: Point) -> Point:
+    """The point with `size` that of its own x."""
+    size = float(np.linalg.norm(point.x)) or point.size
+    along = np.append(point.tangent[:-1] * (point.size / size), point.tangent[-1])
+    return Point(point.x, point.p, along / np.linalg.norm(along), size)
+
+
+def _passed(home: Point, here: Point, ahead: Point) -> bool:
+    """Does the step from `here` to `ahead` pass `home`, in its direction?"""
+    behind = np.append((home.x - here.x) / home.size, home.p - here.p)
+    step = np.append((ahead.x - here.x) / home.size, ahead.p - here.p)
+    length = float(np.linalg.norm(step))
+    share = float(behind @ step) / length**2
+    if not 0.0 < share <= 1.0 or float(step @ home.tangent) < 0.5 * length:
+        return False
+    return float(np.linalg.norm(behind - share * step)) < 0.2 * length
+
+
+def _at_bound(
+    equations: Equations, here: Point, ahead: Point, bound: float, steps: Steps
+) -> Point | None:
+    share = (bound - here.p) / (ahead.p - here.p)
+    x = solve(equations, here.x + share * (ahead.x - here.x), bound, steps.tolerance)
+    if x is None:
+        return None
+    return _measured(
+        Point(x, bound, tangent(equations, x, bound, here.size, here.tangent), here.size)
+    )
+
+
+def _bordered(jacobian: Array, slope: Array, size: float, plane: Array) -> Array:
+    n = len(slope)
+    matrix = np.empty((n + 1, n + 1))
+    matrix[:n, :n], matrix[:n, n], matrix[n] = jacobian * size, slope, plane
+    return matrix
+
+
+def _solved(matrix: Array, right: Array) -> Array | None:
+    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
+        return None
+    try:
+        return np.asarray(np.linalg.solve(matrix, right))
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _quiet(equations: Equations, x: Array, p: float) -> tuple[Array, Array, Array]:
+    with np.errstate(all='ignore'):
+        return equations.linearised(x, p)

@@ -1,0 +1,104 @@
+"""Where a branch folds, doubles its period or loses its symmetry, to the last digits.
+
+A point between two of a path is the solution in the plane across their chord; an event is the zero
+of a smooth function of the place on the chord, in so many harmonics that more do not move it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from qzs_rig.theory import continuation
+from qzs_rig.theory.basis import resized
+from qzs_rig.theory.continuation import Point
+from qzs_rig.theory.floquet import determinants
+from qzs_rig.theory.follow import Frequency
+from qzs_rig.theory.harmonic_balance import HarmonicBalance, transmissibility
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.root import root
+from qzs_rig.timehistory import Array
+
+ENOUGH = 1e-11
+"""Relative change of an event's frequency by more harmonics that ends the search."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A piece of a branch: motions (2, 2H + 1) at its two ends `omega` (2,), which took
+    `harmonics`; `odd` in odd harmonics only."""
+
+    oscillator: Oscillator
+    omega: Array
+    coefficients: Array
+    harmonics: int
+    odd: bool = False
+
+
+@dataclass(frozen=True)
+class Located:
+    """A motion `coefficients` (2H + 1,) at `omega`; `uncertainty` is what the last harmonics
+    moved `omega` by, relative."""
+
+    omega: float
+    coefficients: Array
+    uncertainty: float
+
+
+Zero = Callable[[Oscillator, Point, Array, bool], float]
+"""Function of a point, its coefficients (2H + 1,) and whether they are odd, 0 at the event."""
+
+
+def turning(oscillator: Oscillator, point: Point, x: Array, odd: bool) -> float:
+    """0 at a fold: the frequency along the path."""
+    return float(point.tangent[-1])
+
+
+def doubling(oscillator: Oscillator, point: Point, x: Array, odd: bool) -> float:
+    """0 at a period doubling, or in odd harmonics at a symmetry breaking."""
+    return determinants(oscillator, math.exp(point.p), x, odd)[1]
+
+
+def crossing(oscillator: Oscillator, point: Point, x: Array, odd: bool) -> float:
+    """0 where T = 1."""
+    omega = np.array([math.exp(point.p)])
+    return float(np.log(np.abs(transmissibility(oscillator, omega, x[None])[0])))
+
+
+def locate(stretch: Stretch, zero: Zero) -> Located | None:
+    """The event of `zero` on a stretch; None where it does not change sign there."""
+    harmonics, before = stretch.harmonics, None
+    while True:
+        now = _located(stretch, zero, harmonics)
+        if now is None:
+            return before
+        change = math.inf if before is None else abs(now.omega / before.omega - 1.0)
+        now = Located(now.omega, now.coefficients, change)
+        if change < ENOUGH or harmonics > 160:
+            return now
+        before, harmonics = now, harmonics + max(6, 3 * harmonics // 10 // 2 * 2)
+
+
+def _located(stretch: Stretch, zero: Zero, harmonics: int) -> Located | None:
+    equations = Frequency(HarmonicBalance(stretch.oscillator, harmonics, stretch.odd))
+    own = [equations.own(x) for x in stretch.coefficients]
+    size = float(np.linalg.norm(own[0])) or 1.0
+    blank = np.zeros(len(own[0]) + 1)
+    here, ahead = (
+        Point(x, math.log(omega), blank, size) for x, omega in zip(own, stretch.omega, strict=True)
+    )
+
+    def value(share: float) -> float:
+        point = continuation.between(equations, here, ahead, share)
+        if point is None:
+            return math.nan
+        return zero(stretch.oscillator, point, equations.full(point.x), stretch.odd)
+
+    share = root(value)
+    point = None if share is None else continuation.between(equations, here, ahead, share)
+    if point is None:
+        return None
+    return Located(math.exp(point.p), resized(equations.full(point.x), harmonics), math.inf)

@@ -1,0 +1,231 @@
+"""One branch of steady motions over frequency, in as many harmonics as it takes.
+
+The reference tracer, in plain numpy. Anything that answers as `follow` does can take its place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.theory import continuation
+from qzs_rig.theory.basis import harmonics_of, resized
+from qzs_rig.theory.continuation import Point, Steps
+from qzs_rig.theory.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.symmetry import even_part, symmetric
+from qzs_rig.timehistory import Array
+
+LADDER = (7, 11, 15, 21, 29, 41, 57, 79, 111, 155)
+"""Numbers of harmonics that are tried."""
+TAIL = 1e-8
+"""The last two harmonics over all, above which more are taken."""
+FURTHEST = 1e3
+"""Motion in L20 or rad, over max(1, Ĥ), at which a branch counts as unbounded."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A motion (2H + 1,) at `omega` from which its branch is followed within [low, high].
+
+    `harmonics` None adapts their number; `odd` keeps to the odd ones (of an odd law).
+    """
+
+    oscillator: Oscillator
+    omega: float
+    coefficients: Array
+    low: float
+    high: float
+    odd: bool = False
+    harmonics: int | None = None
+    tolerance: float = 1e-10
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Motions along the path, `coefficients` (n, 2H + 1) at `omega` (n,), `harmonics` (n,) those
+    that were needed, and why it ended at its first and last point: 'range', 'closed',
+    'symmetry' (just before it would meet a symmetric branch), or what stopped it."""
+
+    omega: Array
+    coefficients: Array
+    harmonics: NDArray[np.int64]
+    reasons: tuple[str, str]
+
+
+Tracer = Callable[[Task], Followed]
+
+
+def follow(task: Task) -> Followed:
+    """Both ways from the motion of `task`; first point towards low frequency."""
+    up = _one_way(task, 1.0)
+    closed = up.reason == 'closed'
+    down = _Walk(task) if closed else _one_way(task, -1.0)
+    points = [*reversed(down.points[1:]), *up.points]
+    most = max(harmonics_of(x) for _, x in points)
+    return Followed(
+        np.clip([omega for omega, _ in points], task.low, task.high),
+        np.array([resized(x, most) for _, x in points]),
+        np.array([harmonics_of(x) for _, x in points]),
+        ('closed' if closed else down.reason, up.reason),
+    )
+
+
+@dataclass
+class _Walk:
+    task: Task
+    points: list[tuple[float, Array]] = field(default_factory=list)
+    reason: str = ''
+
+
+@dataclass(frozen=True)
+class Frequency:
+    """Harmonic balance over ln Ω."""
+
+    balance: HarmonicBalance
+
+    def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
+        """See continuation.Equations."""
+        return self.balance.linearised(x, math.exp(min(p, 50.0)))
+
+    def full(self, x: Array) -> Array:
+        """The coefficients (2H + 1,) of the unknowns x."""
+        whole = np.zeros(2 * self.balance.harmonics + 1)
+        whole[self.balance.basis.columns] = x
+        return whole
+
+    def own(self, coefficients: Array) -> Array:
+        """The unknowns of coefficients (2H + 1,)."""
+        return resized(coefficients, self.balance.harmonics)[self.balance.basis.columns]
+
+
+def refined(task: Task) -> Array | None:
+    """The coefficients (2H + 1,) of `task` in as many harmonics as it takes; None where they
+    lead nowhere: it was an artefact of too few."""
+    found = _settled(task)
+    return None if found is None else found[0].full(found[1])
+
+
+def _settled(task: Task) -> tuple[Frequency, Array] | None:
+    x = task.coefficients
+    for harmonics in LADDER if task.harmonics is None else (task.harmonics,):
+        equations = Frequency(HarmonicBalance(task.oscillator, harmonics, task.odd))
+        own = continuation.solve(equations, equations.own(x), math.log(task.omega), task.tolerance)
+        if own is None:
+            continue
+        x = equations.full(own)
+        if task.harmonics is not None or _tail(x, harmonics) <= TAIL:
+            return equations, own
+    return None
+
+
+def _one_way(task: Task, direction: float) -> _Walk:
+    walk = _Walk(task)
+    found = _settled(task)
+    if found is None:
+        walk.reason = 'the start does not converge'
+        walk.points.append((task.omega, task.coefficients))
+        return walk
+    equations, x = found
+    here = home = continuation.start(equations, x, math.log(task.omega), direction)
+    bounds, judge = (math.log(task.low), math.log(task.high)), _Judge(task)
+    while True:
+        judge.equations = equations
+        path = continuation.walk(
+            equations, here, *bounds, judge, Steps(tolerance=task.tolerance), _same(home, equations)
+        )
+        if path.reason == 'symmetry':
+            path = replace(path, points=path.points[:-1])
+        known = len(walk.points) > 0
+        walk.points += [(math.exp(q.p), equations.full(q.x)) for q in path.points[known:]]
+        walk.reason = path.reason
+        if path.reason not in ('more', 'fewer'):
+            return walk
+        moved = _moved(task, equations, path.points[-1], path.reason)
+        if moved is None:
+            walk.reason = f'{equations.balance.harmonics} harmonics do not suffice'
+            return walk
+        equations, here = moved
+        walk.points[-1] = math.exp(here.p), equations.full(here.x)
+
+
+def _moved(
+    task: Task, equations: Frequency, last: Point, reason: str
+) -> tuple[Frequency, Point] | None:
+    """The same point in more or fewer harmonics."""
+    place = LADDER.index(equations.balance.harmonics) + (1 if reason == 'more' else -1)
+    if place >= len(LADDER):
+        return None
+    other = Frequency(HarmonicBalance(task.oscillator, LADDER[place], task.odd))
+    along = np.append(other.own(equations.full(last.tangent[:-1])), last.tangent[-1])
+    along /= np.linalg.norm(along)
+    guess = other.own(equations.full(last.x))
+    found = continuation.correct(other, guess, last.p, along, last.size, task.tolerance)
+    if found is None:
+        return None
+    x, p, _ = found
+    return other, Point(x, p, continuation.tangent(other, x, p, last.size, along), last.size)
+
+
+def _same(home: Point, equations: Frequency) -> Point:
+    """`home` in the unknowns of `equations`, to recognise it."""
+    n = len(equations.balance.basis.columns)
+    x, along = np.zeros(n), np.zeros(n + 1)
+    k = min(n, len(home.x))
+    x[:k], along[:k], along[-1] = home.x[:k], home.tangent[:k], home.tangent[-1]
+    return Point(x, home.p, along, home.size)
+
+
+@dataclass
+class _Judge:
+    """Ends a walk where other harmonics are due, or the law ends."""
+
+    task: Task
+    equations: Frequency | None = None
+    even: Array | None = None
+
+    def __call__(self, point: Point) -> str | None:
+        task, equations = self.task, self.equations
+        assert equations is not None
+        w = np.abs(equations.balance.to_time @ point.x).max()
+        if w >= 0.9999 * task.oscillator.domain:
+            return f'law {task.oscillator.law.name} ends at |w| = {task.oscillator.domain:g}'
+        if w > FURTHEST * max(1.0, task.oscillator.amplitude):
+            return f'the motion grows beyond {w:.3g}'
+        if self._mirrors(equations.full(point.x)):
+            return 'symmetry'
+        return _due(task, equations, point.x)
+
+    def _mirrors(self, x: Array) -> bool:
+        """Have the even harmonics changed sign since the last point? They did at the symmetric
+        motion between; what follows is the branch's mirror image."""
+        if self.task.odd or not symmetric(self.task.oscillator):
+            return False
+        before, self.even = self.even, even_part(x)
+        if before is None:
+            return False
+        size = min(len(before), len(x))
+        return float(before[:size] @ self.even[:size]) < 0
+
+
+def _due(task: Task, equations: Frequency, x: Array) -> str | None:
+    harmonics = equations.balance.harmonics
+    if task.harmonics is not None:
+        return None
+    full = equations.full(x)
+    if _tail(full, harmonics) > TAIL:
+        return 'more'
+    place = LADDER.index(harmonics)
+    if place and _tail(full, LADDER[place - 1]) < 0.03 * TAIL:
+        return 'fewer'
+    return None
+
+
+def _tail(coefficients: Array, harmonics: int) -> float:
+    """What the last two of `harmonics`, and all above, are of the whole."""
+    high = float(np.linalg.norm(coefficients[2 * harmonics - 3 :]))
+    return high / (float(np.linalg.norm(coefficients)) or 1.0)
