@@ -17,6 +17,7 @@ from qzs_rig.cli import (
     compare,
     design,
     frf,
+    identify,
     modes,
     replay,
     rig,
@@ -31,6 +32,7 @@ from qzs_rig.errors import RigError
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
     *(statics, modes, springs, design, claims, scenarios, frf),
+    identify,
 )
 
 EPILOG = """\

@@ -36,7 +36,8 @@ def read(path: Path) -> list[Points]:
         raise InputError(f'{path} cannot be read as CSV: {error}; give a {HELP}') from error
     if not rows:
         raise InputError(f'{path} holds no rows below its header; give a {HELP}')
-    return [_points(dof, [row for row in rows if row[0] == dof]) for dof in {row[0] for row in rows}]
+    dofs = dict.fromkeys(row[0] for row in rows)
+    return [_points(dof, [row for row in rows if row[0] == dof]) for dof in dofs]
 
 
 Row = tuple[str, str, float, float, float, float]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from qzs_rig.identification.plant import plant
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.residuals import Set, State, evaluate, noise_of
 from qzs_rig.identification.response import Response, ends_near, nearest
-from qzs_rig.identification.start import ROUGH, mirrored, starts
+from qzs_rig.identification.start import ROUGH, elsewhere, starts
 from qzs_rig.identification.unknowns import Unknowns
 from qzs_rig.timehistory import Array
 
@@ -75,8 +76,7 @@ def fits(unknowns: Unknowns, parts: Sequence[Points], harmonics: int = HARMONICS
     while left:
         fit = _settled(unknowns, parts, left.pop(0), harmonics)
         if fit is not None and all(_apart(fit, other) for other in found):
-            other_side = mirrored(unknowns, fit.values) if len(found) < FROM else None
-            left += [] if other_side is None else [other_side]
+            left += elsewhere(unknowns, fit.values) if not found else []
             found.append(fit)
     if not found:
         raise InputError(
@@ -92,8 +92,7 @@ def cost(fit: Fit, yardstick: Fit) -> float:
     out counts as an outlier, so that no fit wins by leaving out."""
     total = 0.0
     for item, response, by in zip(fit.sets, fit.trial.state, yardstick.sets, strict=True):
-        flat = np.zeros((len(item.points), 1))
-        r, _ = replace(by, lag=item.lag).residual(response.ratio, flat)
+        r, _ = replace(by, lag=item.lag).missed(response.ratio)
         there = np.concatenate([np.ones(len(item.points), bool), item.points.phased])
         left = np.tile(item.use & response.good, 2)
         capped = np.where(left, np.minimum(r**2, OUTLIER**2), OUTLIER**2)
@@ -123,7 +122,7 @@ def _settled(
             return None
         begin = evaluate(unknowns, sets, values, responses)
         trial = minimise(
-            lambda v, state, sets=sets: evaluate(unknowns, sets, v, state),
+            partial(evaluate, unknowns, sets),
             begin,
             unknowns.scale,
             unknowns.bounded,
@@ -153,15 +152,16 @@ def _set(points: Points, response: Response, noise: tuple[float, float], strict:
     why = np.full(len(points), '', dtype='<U16')
     lag = np.ones(len(points), dtype=np.complex128)
     if points.chirp.any():
-        rate = response.plant.rate(points.chirp)
-        lag = swept_over_steady(response.plant, response.omega, rate, response.x)
+        there, good = response.plant, response.good
+        motion = (response.omega[good], there.rate(points.chirp[good]), response.x[good])
+        lag[good] = swept_over_steady(there, *motion)
         fast = ~(np.abs(lag - 1.0) < LARGEST_LAG)
         why[fast], lag[fast] = FAST, 1.0
     why[ends_near(response, points.frequency_hz)] = FOLD
     why[~response.good] = ASTRAY
     item = Set(points, why, lag, noise)
     if strict:
-        r, _ = item.residual(response.ratio, np.zeros((len(points), 1)))
+        r, _ = item.missed(response.ratio)
         far = np.abs(np.where(item.counted, r, 0.0)).reshape(2, -1).max(axis=0) > OUTLIER
         why[far] = ASTRAY
     return item

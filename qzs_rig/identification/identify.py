@@ -12,15 +12,20 @@ from qzs_rig.identification.advice import Advice, advice
 from qzs_rig.identification.covariance import Covariance, covariance
 from qzs_rig.identification.fit import HARMONICS, Fit, cost, fits
 from qzs_rig.identification.intervals import LEVEL, Interval, intervals
+from qzs_rig.identification.lag import iso_limit
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.quantiles import chi_square
-from qzs_rig.identification.response import followed
-from qzs_rig.identification.unknowns import TRIM, Unknowns, unknowns
+from qzs_rig.identification.residuals import Set
+from qzs_rig.identification.response import Response, followed
+from qzs_rig.identification.unknowns import TRIM, Unknown, Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
 
 MOST_HARMONICS = 31
 TRUNCATION = 0.3
 """Of the noise: what leaving out higher harmonics may change at any point."""
+RULED_OUT = 0.99
+"""Confidence with which another solution must be worse: stricter than the intervals, since their
+own 5 % come on top."""
 FEW = 0.8
 """Share of the points that must count, below which the user is warned."""
 
@@ -79,10 +84,12 @@ def identify(spec: RunSpec, parts: Sequence[Points], names: Sequence[str]) -> Id
     known = covariance(best)
     rivals = tuple(other for other in found[1:] if _rivals(best, other))
     limits = _hull(intervals(best, known), rivals)
-    return Identified(best, known, limits, rivals, harmonics, _cautions(best, known, rivals, limits))
+    return Identified(
+        best, known, limits, rivals, harmonics, _cautions(best, known, rivals, limits)
+    )
 
 
-def _starting_at(wanted: Unknowns, fit: Fit) -> tuple:
+def _starting_at(wanted: Unknowns, fit: Fit) -> tuple[Unknown, ...]:
     pairs = zip(wanted.items, fit.values.tolist(), strict=True)
     return tuple(replace(item, start=value) for item, value in pairs)
 
@@ -93,8 +100,7 @@ def _truncated(fit: Fit, harmonics: int) -> bool:
         x = np.zeros((len(item.points), 4 * harmonics + 3))
         x[:, : response.x.shape[1]] = response.x
         finer = followed(response.plant, item.points.frequency_hz, x)
-        flat = np.zeros((len(item.points), 1))
-        coarse, fine = (item.residual(r.ratio, flat)[0] for r in (response, finer))
+        coarse, fine = (item.missed(r.ratio)[0] for r in (response, finer))
         counted = item.counted & np.tile(finer.good & response.good, 2)
         if np.any(np.abs(fine - coarse)[counted] > TRUNCATION):
             return True
@@ -111,8 +117,8 @@ def _refuse_idle(fit: Fit) -> None:
 
 
 def _rivals(best: Fit, other: Fit) -> bool:
-    """Whether `other` fits so nearly as well that 95 % confidence cannot tell them apart."""
-    return cost(other, best) - cost(best, best) < chi_square(LEVEL, 1)
+    """Whether `other` fits so nearly as well that it cannot be ruled out with RULED_OUT."""
+    return cost(other, best) - cost(best, best) < chi_square(RULED_OUT, 1)
 
 
 def _hull(limits: tuple[Interval, ...], rivals: tuple[Fit, ...]) -> tuple[Interval, ...]:
@@ -148,8 +154,26 @@ def _cautions(
     bound = fit.unknowns.at_bound(fit.values)
     if bound:
         said.append(f'{", ".join(bound)} ended at a bound; its interval is one-sided')
-    return tuple(said + [text for item in fit.sets for text in _points_said(item)])
+    pairs = zip(fit.sets, fit.trial.state, strict=True)
+    return tuple(said + [text for pair in pairs for text in _points_said(*pair)])
 
 
-def _points_said(item) -> list[str]:
-    return []
+def _points_said(item: Set, response: Response) -> list[str]:
+    """About the points of one degree of freedom."""
+    said, dof, n = [], item.points.dof, len(item.points)
+    used = int(np.count_nonzero(item.use))
+    if used < FEW * n:
+        said.append(
+            f'only {used} of {n} points of {dof} lie on a branch; check excitation.amplitude, '
+            'excitation.quantity and platform.law'
+        )
+    if item.points.chirp.any():
+        fastest = float(np.max(np.abs(item.points.chirp)))
+        there = response.plant
+        limit = iso_limit(2.0 * there.oscillator.zeta * there.omega0 / (2.0 * np.pi))
+        largest = 100 * float(np.max(np.abs(item.lag[item.use] - 1.0), initial=0.0))
+        said.append(
+            f'{dof} was swept at up to {fastest:.2g} Hz/s (ISO 7626-2 allows {limit:.2g}); a lag '
+            f'of up to {largest:.2g} % was taken off to first order. A stepped sine needs none'
+        )
+    return said

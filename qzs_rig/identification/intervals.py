@@ -109,7 +109,7 @@ def _held(fit: Fit, k: int, values: Array, state: State) -> Trial[State]:
     def inside(others: Array) -> Array:
         whole = values.copy()
         whole[free] = others
-        return fit.unknowns.bounded(whole)[free]
+        return np.asarray(fit.unknowns.bounded(whole)[free])
 
     begin = held(values[free], state)
     return minimise(held, begin, fit.unknowns.scale[free], inside, 1e-6)
@@ -122,7 +122,7 @@ def _rise(fit: Fit, known: Covariance, k: int, there: Trial[State]) -> float:
     both = counted & there.good
     rise = float(np.sum(there.residual[both] ** 2) - np.sum(fit.trial.residual[both] ** 2))
     rise += LOST * float(np.count_nonzero(lost))
-    return rise / (known.matrix[k, k] * _path(fit, k)[1])
+    return rise / (float(known.matrix[k, k]) * _path(fit, k)[1])
 
 
 def _path(fit: Fit, k: int) -> tuple[Array, float]:

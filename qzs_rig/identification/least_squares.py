@@ -46,8 +46,10 @@ def minimise(
     bounded: Callable[[Array], Array],
     tolerance: float = TOLERANCE,
 ) -> Trial[State]:
-    """The trial of least sum of squares near `start`; `bounded` brings values inside bounds. It ends
-    once a step promises less than `tolerance` of the sum."""
+    """The trial of least sum of squares near `start`; `bounded` brings values inside bounds.
+
+    It ends once a step promises less than `tolerance` of the sum.
+    """
     here, damping = start, 1e-3
     for _ in range(STEPS):
         J, r = here.jacobian[here.good] * scale, here.residual[here.good]

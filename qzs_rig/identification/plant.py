@@ -69,9 +69,7 @@ def plant(spec: RunSpec, dof: str) -> Plant:
     omega0 = platform.omega0[k]
     hat = amplitude / omega0**falloff / abs(platform.length[k])
     if not (platform.zeta[k] > 0 and math.isfinite(hat)):
-        raise InputError(
-            f'{dof} has no damping to start from; give --set platform.zeta=0.02 or so'
-        )
+        raise InputError(f'{dof} has no damping to start from; give --set platform.zeta=0.02 or so')
     oscillator = Oscillator(
         platform.law, dof, platform.design, platform.zeta[k], hat, platform.load[k], falloff
     )

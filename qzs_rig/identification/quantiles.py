@@ -32,6 +32,4 @@ def chi_square(probability: float, freedom: int) -> float:
     """The value that chi-square of `freedom` stays below, by Wilson and Hilferty (1931): within
     1 % from freedom 3 on for probability 0.9 to 0.99."""
     part = 2.0 / (9.0 * freedom)
-    return float(
-        freedom * (1.0 - part + NormalDist().inv_cdf(probability) * math.sqrt(part)) ** 3
-    )
+    return float(freedom * (1.0 - part + NormalDist().inv_cdf(probability) * math.sqrt(part)) ** 3)

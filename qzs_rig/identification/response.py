@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from qzs_rig.identification.plant import Complex, Plant, plant
 from qzs_rig.identification.points import Points
-from qzs_rig.identification.seeds import mean_position, ratios
+from qzs_rig.identification.seeds import centred, ratios
 from qzs_rig.identification.unknowns import Unknowns
 from qzs_rig.theory.harmonic_balance import steady
 from qzs_rig.timehistory import Array
@@ -65,9 +65,10 @@ def nearest(there: Plant, points: Points, harmonics: int) -> Response:
     """
     omega = there.omega(points.frequency_hz)
     best: Response | None = None
-    for candidate in ratios(there, points):
+    motions = [m for ratio in ratios(there, points) for m in centred(there, omega, ratio)]
+    for motion in motions:
         x = np.zeros((len(points), 2 * harmonics + 1))
-        x[:, :3] = mean_position(there, omega, there.motion(omega, candidate, 1))
+        x[:, :3] = motion
         answer = followed(there, points.frequency_hz, x)
         best = answer if best is None else _better(best, answer, points)
     assert best is not None
@@ -96,7 +97,9 @@ def ends_near(response: Response, frequency_hz: Array) -> NDArray[np.bool_]:
     return ends
 
 
-def sensitivity(unknowns: Unknowns, values: Array, dof: str, response: Response, hz: Array) -> Complex:
+def sensitivity(
+    unknowns: Unknowns, values: Array, dof: str, response: Response, hz: Array
+) -> Complex:
     """Slope of ln(u/v) in the parameters (n, p) at `values`, by implicit differentiation: the
     balance R(x, p) = 0 moves x by -J⁻¹ ∂R/∂p."""
     x, harmonics = response.x, response.x.shape[1] // 2
@@ -106,7 +109,9 @@ def sensitivity(unknowns: Unknowns, values: Array, dof: str, response: Response,
         h = STEP * scale * np.eye(p)[k]
         ends = [plant(unknowns.applied(values + side * h), dof) for side in (1.0, -1.0)]
         omegas = [end.omega(hz) for end in ends]
-        above, below = (e.balance(harmonics).residual(x, w) for e, w in zip(ends, omegas, strict=True))
+        above, below = (
+            e.balance(harmonics).residual(x, w) for e, w in zip(ends, omegas, strict=True)
+        )
         over, under = (e.top_over_base(w, x) for e, w in zip(ends, omegas, strict=True))
         residual[k] = (above - below) / (2 * STEP * scale)
         ratio[k] = (over - under) / (2 * STEP * scale)

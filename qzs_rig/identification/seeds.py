@@ -8,6 +8,9 @@ from qzs_rig.identification.plant import Complex, Plant
 from qzs_rig.identification.points import Points
 from qzs_rig.timehistory import Array
 
+WELL = 0.15
+"""In units of L20; wells of A = 1.12 lie 0.07 from the middle."""
+
 
 def ratios(plant: Plant, points: Points) -> tuple[Complex, ...]:
     """u/v of the points (n,), one candidate or two.
@@ -31,9 +34,23 @@ def ratios(plant: Plant, points: Points) -> tuple[Complex, ...]:
     return tuple(found)
 
 
-def mean_position(plant: Plant, omega: Array, x: Array) -> Array:
+def centred(plant: Plant, omega: Array, ratio: Complex) -> list[Array]:
+    """Motions (n, 3) that show u/v = `ratio` (n,), each about a mean that balances them.
+
+    A platform with A beyond the QZS condition has a well on either side: the mean is looked for
+    from where it rests and from either side of that, WELL away.
+    """
+    found = []
+    for side in (0.0, -WELL, WELL):
+        x = plant.motion(omega, ratio, 1)
+        x[:, 0] += side
+        found.append(_balanced(plant, omega, x))
+    return found
+
+
+def _balanced(plant: Plant, omega: Array, x: Array) -> Array:
     """x (n, 3) with the mean that balances its fundamental, by Newton with bounded steps."""
-    balance, x = plant.balance(1), x.copy()
+    balance = plant.balance(1)
     for _ in range(8):
         force = balance.residual(x, omega)[:, 0]
         stiffness = balance.jacobian(x, omega)[:, 0, 0]

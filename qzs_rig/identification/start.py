@@ -14,7 +14,7 @@ import numpy as np
 from qzs_rig.identification.least_squares import Trial, minimise
 from qzs_rig.identification.plant import plant
 from qzs_rig.identification.points import Points
-from qzs_rig.identification.seeds import mean_position, ratios
+from qzs_rig.identification.seeds import centred, ratios
 from qzs_rig.identification.unknowns import TRIM, Unknowns
 from qzs_rig.timehistory import Array
 
@@ -25,14 +25,17 @@ ROUGH = 1e-4
 """Share of the sum of squares at which the search may end."""
 
 
-def mirrored(unknowns: Unknowns, values: Array) -> Array | None:
-    """The same `values` (p,) with as much weight too little as there is too much; None without a
-    fitted trim."""
+def elsewhere(unknowns: Unknowns, values: Array) -> list[Array]:
+    """Where else a minimum like `values` (p,) may lie: as much weight too little as there is too
+    much, or a good deal either way; nowhere without a fitted trim."""
     if TRIM not in unknowns.names:
-        return None
-    turned = values.copy()
-    turned[unknowns.names.index(TRIM)] *= -1.0
-    return turned
+        return []
+    k, m = unknowns.names.index(TRIM), unknowns.spec.number('platform.m')
+    found = []
+    for trim in (-values[k], *(share * m for share in TRIMS)):
+        found.append(values.copy())
+        found[-1][k] = trim
+    return found
 
 
 def starts(unknowns: Unknowns, parts: Sequence[Points]) -> list[Array]:
@@ -83,8 +86,8 @@ def _errors(unknowns: Unknowns, values: Array, parts: Sequence[Points]) -> Array
         there = plant(spec, points.dof)
         omega, balance = there.omega(points.frequency_hz), there.balance(1)
         candidates = []
-        for ratio in ratios(there, points):
-            x = mean_position(there, omega, there.motion(omega, ratio, 1))
+        motions = [m for ratio in ratios(there, points) for m in centred(there, omega, ratio)]
+        for x in motions:
             left = balance.residual(x, omega)[:, 1:]
             weight = there.oscillator.drive(omega) * (0.1 + points.magnitude)
             candidates.append(left / weight[:, None])

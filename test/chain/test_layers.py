@@ -23,7 +23,7 @@ LAYERS = (
     {'analysis', 'recording'},
     {'rig', 'offline'},
     {'compare', 'ros'},
-    {'datasheet', 'claims', 'advisor'},
+    {'datasheet', 'claims', 'advisor', 'identification'},
     {'cli'},
 )
 """From the ground up. A module imports from the layers below its own, and from its own package."""
@@ -46,7 +46,7 @@ HOMES = {
     'mcap': {'bag'},
     'zstandard': {'bag'},
     'plotly': {'compare'},
-    'matplotlib': {'compare', 'datasheet'},
+    'matplotlib': {'compare', 'datasheet', 'identification'},
     'numba': {'mechanics', 'theory'},
     'tqdm': {'cli'},
     'scipy': set(),
