@@ -14,7 +14,7 @@ from qzs_rig.identification.lag import swept_over_steady
 from qzs_rig.identification.least_squares import TOLERANCE, Trial, minimise
 from qzs_rig.identification.plant import plant
 from qzs_rig.identification.points import Points
-from qzs_rig.identification.residuals import Set, State, evaluate, noise_of
+from qzs_rig.identification.residuals import Set, State, evaluate, noise_of, quadratic, usual
 from qzs_rig.identification.response import Response, ends_near, nearest
 from qzs_rig.identification.start import ROUGH, elsewhere, starts
 from qzs_rig.identification.unknowns import Unknowns
@@ -28,8 +28,9 @@ FULL = 0.8
 """Share of the points that a fit must account for to be a measure of the others."""
 LARGEST_LAG = 0.15
 """Relative correction for the sweep up to which the first order is believed."""
-OUTLIER = 6.0
-"""Standard deviations from which a point belongs to neither branch: a transition, not noise."""
+OUTLIER = 8.0
+"""Times the usual deviation from which a point belongs to neither branch: a transition, not noise,
+even where the noise of some points is several times that of others."""
 
 ASTRAY, FOLD, FAST = 'on no branch', 'at a fold', 'swept too fast'
 """Why a point does not count."""
@@ -88,14 +89,14 @@ def fits(unknowns: Unknowns, parts: Sequence[Points], harmonics: int = HARMONICS
 
 
 def cost(fit: Fit, yardstick: Fit) -> float:
-    """Sum of squares over all points, in the standard deviations of `yardstick`; what a fit leaves
-    out counts as an outlier, so that no fit wins by leaving out."""
+    """Sum of squares over all points, in the standard deviations of `yardstick`; what no
+    branch of a fit meets counts as an outlier, so that no fit wins by leaving out."""
     total = 0.0
     for item, response, by in zip(fit.sets, fit.trial.state, yardstick.sets, strict=True):
         r, _ = replace(by, lag=item.lag).missed(response.ratio)
         there = np.concatenate([np.ones(len(item.points), bool), item.points.phased])
-        left = np.tile(item.use & response.good, 2)
-        capped = np.where(left, np.minimum(r**2, OUTLIER**2), OUTLIER**2)
+        there_is = np.tile(response.good & (item.why != ASTRAY), 2)
+        capped = np.where(there_is, np.minimum(r**2, OUTLIER**2), OUTLIER**2)
         total += float(np.sum(capped[there]))
     return total
 
@@ -129,13 +130,14 @@ def _settled(
             ROUGH if turn < 2 else TOLERANCE,
         )
         moved = np.abs(trial.values - values) / unknowns.scale
-        values, noise = trial.values, noise_of(trial, sets)
+        values, noise = trial.values, noise_of(trial, sets, usual)
         same = len(used) > 0 and all(
             np.array_equal(a, item.use) for a, item in zip(used, sets, strict=True)
         )
         used = [item.use for item in sets]
         if turn > 2 and same and bool(np.all(moved < 1e-5)):
             break
+    noise = noise_of(trial, sets, quadratic)
     final = tuple(replace(item, noise=level) for item, level in zip(sets, noise, strict=True))
     return Fit(unknowns, final, evaluate(unknowns, final, values, trial.state))
 

@@ -17,6 +17,7 @@ from qzs_rig.identification.points import Points
 from qzs_rig.identification.quantiles import chi_square
 from qzs_rig.identification.residuals import Set
 from qzs_rig.identification.response import Response, followed
+from qzs_rig.identification.start import idle
 from qzs_rig.identification.unknowns import TRIM, Unknown, Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
 
@@ -68,6 +69,7 @@ def identify(spec: RunSpec, parts: Sequence[Points], names: Sequence[str]) -> Id
     Raises InputError where the points cannot tell: too few, or a parameter that moves none.
     """
     wanted = unknowns(spec, names, [points.dof for points in parts])
+    _refuse_idle(wanted, parts)
     harmonics = HARMONICS
     found = fits(wanted, parts, harmonics)
     while harmonics < MOST_HARMONICS and _truncated(found[0], harmonics):
@@ -80,7 +82,6 @@ def identify(spec: RunSpec, parts: Sequence[Points], names: Sequence[str]) -> Id
             f'{len(best.residual)} usable readings cannot fix {len(names)} parameters; '
             'fit fewer, or measure more points'
         )
-    _refuse_idle(best)
     known = covariance(best)
     rivals = tuple(other for other in found[1:] if _rivals(best, other))
     limits = _hull(intervals(best, known), rivals)
@@ -107,13 +108,12 @@ def _truncated(fit: Fit, harmonics: int) -> bool:
     return False
 
 
-def _refuse_idle(fit: Fit) -> None:
-    for name, column in zip(fit.unknowns.names, fit.jacobian.T, strict=True):
-        if not np.any(np.abs(column) > 0.0):
-            dofs = ', '.join(item.points.dof for item in fit.sets)
-            raise InputError(
-                f'{name} moves none of the measured points ({dofs}); leave it out of --fit'
-            )
+def _refuse_idle(wanted: Unknowns, parts: Sequence[Points]) -> None:
+    for name in idle(wanted, parts):
+        dofs = ', '.join(points.dof for points in parts)
+        raise InputError(
+            f'{name} moves none of the measured points ({dofs}); leave it out of --fit'
+        )
 
 
 def _rivals(best: Fit, other: Fit) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,7 +100,9 @@ def _nowhere(sets: Sequence[Set], values: Array, state: State) -> Trial[State]:
     return Trial(values, np.zeros(n), np.zeros((n, len(values))), np.zeros(n, dtype=bool), state)
 
 
-def noise_of(trial: Trial[State], sets: Sequence[Set]) -> list[tuple[float, float]]:
+def noise_of(
+    trial: Trial[State], sets: Sequence[Set], spread: Callable[[Array], float]
+) -> list[tuple[float, float]]:
     """Standard deviations of ln T and phase of each set, by its residuals in `trial`."""
     parameters = len(trial.values)
     spent = 1.0 - parameters / max(int(np.count_nonzero(trial.good)), parameters + 1)
@@ -110,17 +112,18 @@ def noise_of(trial: Trial[State], sets: Sequence[Set]) -> list[tuple[float, floa
         for sigma in item.noise:
             part = slice(at, at + len(item.points))
             r = trial.residual[part][trial.good[part]] * sigma
-            pair.append(max(_spread(r, item.points) / spent**0.5, LEAST_NOISE))
+            level = spread(r) / spent**0.5 if r.size else 1.0
+            pair.append(max(level, LEAST_NOISE))
             at += len(item.points)
         found.append((pair[0], pair[1]))
     return found
 
 
-def _spread(r: Array, points: Points) -> float:
-    """Root mean square; of a sweep by the median, which the free vibration of its start and its
-    jumps does not widen. Settled points may differ in noise without being wrong."""
-    if not r.size:
-        return 1.0
-    if points.chirp.any():
-        return float(1.4826 * np.median(np.abs(r)))
+def usual(r: Array) -> float:
+    """By the median, which transitions and free vibration do not widen."""
+    return float(1.4826 * np.median(np.abs(r)))
+
+
+def quadratic(r: Array) -> float:
+    """Root mean square."""
     return float(np.sqrt(np.mean(r**2)))

@@ -38,6 +38,13 @@ def elsewhere(unknowns: Unknowns, values: Array) -> list[Array]:
     return found
 
 
+def idle(unknowns: Unknowns, parts: Sequence[Points]) -> list[str]:
+    """Names of the unknowns that do not enter the balance of the measured motions at all."""
+    jacobian = _unbalanced(unknowns, unknowns.start, parts).jacobian
+    columns = zip(unknowns.names, jacobian.T, strict=True)
+    return [name for name, column in columns if not np.any(column)]
+
+
 def starts(unknowns: Unknowns, parts: Sequence[Points]) -> list[Array]:
     """Parameters (p,) to fit the curves from, the best balanced first, each but once."""
     found = []

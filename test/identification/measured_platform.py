@@ -13,6 +13,7 @@ import numpy as np
 K1, L20, L1, K3, M, G = 20000.0, 0.6, 0.6 * math.sqrt(3.0) / 2.0, 2000.0, 50.0, 9.80665
 ACCELERATION = 4.0
 STEPS = 96
+"""Of a period: Runge-Kutta of fourth order is then good to 1e-6."""
 
 
 def vertical_force(x, A, trim):
