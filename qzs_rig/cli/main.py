@@ -17,6 +17,7 @@ from qzs_rig.cli import (
     claims,
     compare,
     design,
+    frf,
     modes,
     replay,
     rig,
@@ -30,7 +31,7 @@ from qzs_rig.errors import RigError
 
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
-    *(statics, modes, springs, design, claims, campaign, scenarios),
+    *(statics, modes, springs, design, claims, scenarios, frf, campaign),
 )
 
 EPILOG = """\

@@ -28,7 +28,8 @@ TRIM_KG = 40.0
 
 
 class Line(NamedTuple):
-    """One curve; `style` counts colours, `stroke` is broad, solid, dashed or dotted."""
+    """One curve; `style` counts colours, `stroke` is broad, solid, dashed, dotted, or marks
+    (points that no line joins)."""
 
     label: str
     x: Array
@@ -38,12 +39,13 @@ class Line(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """One pair of axes."""
+    """One pair of axes; `log` names those that are logarithmic: '', 'x' or 'xy'."""
 
     title: str
     x_label: str
     y_label: str
     lines: tuple[Line, ...]
+    log: str = ''
 
 
 class Sheet(NamedTuple):

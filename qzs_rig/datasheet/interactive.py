@@ -13,7 +13,7 @@ from qzs_rig.datasheet.figures import Line, Panel, Sheet
 from qzs_rig.datasheet.still import LINE_WIDTHS, hue, one_key
 from qzs_rig.timehistory import Array
 
-KEYS = {'broad': '▬▬', 'solid': '━━', 'dashed': '╌╌', 'dotted': '┈┈'}
+KEYS = {'broad': '▬▬', 'solid': '━━', 'dashed': '╌╌', 'dotted': '┈┈', 'marks': '●'}
 GRID_STYLE = (
     'display:grid;gap:4px 14px;grid-template-columns:repeat(auto-fit,minmax(min({}px,100%),1fr))'
 )
@@ -52,7 +52,7 @@ def _plot(name: str, sheet: Sheet, panel: Panel) -> str:
 def _trace(line: Line) -> dict[str, Any]:
     return {
         'type': 'scatter',
-        'mode': 'lines',
+        'mode': 'markers' if line.stroke == 'marks' else 'lines',
         'x': _numbers(line.x),
         'y': _numbers(line.y),
         'name': line.label,
@@ -73,12 +73,17 @@ def _layout(sheet: Sheet, panel: Panel) -> dict[str, Any]:
         'font': {'family': FONT, 'size': 12, 'color': INK},
         'margin': {'l': 52, 'r': 8, 't': 26, 'b': 40},
         'showlegend': False,
-        'hovermode': 'x unified',
+        # unified over x would tell every fold of a curve that turns back
+        'hovermode': 'closest' if panel.log else 'x unified',
         'plot_bgcolor': '#fff',
         'paper_bgcolor': '#fff',
-        'xaxis': axis | {'title': {'text': panel.x_label, 'standoff': 6}},
-        'yaxis': axis | {'title': {'text': panel.y_label, 'standoff': 4}},
+        'xaxis': axis | _scale('x', panel) | {'title': {'text': panel.x_label, 'standoff': 6}},
+        'yaxis': axis | _scale('y', panel) | {'title': {'text': panel.y_label, 'standoff': 4}},
     }
+
+
+def _scale(axis: str, panel: Panel) -> dict[str, str]:
+    return {'type': 'log'} if axis in panel.log else {}
 
 
 def _key(lines: tuple[Line, ...]) -> str:

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 PALE = '#a9cbe6'
 HUES = ('#0b62a4', '#c2410c', '#1b9e8a', '#7b6cc4')
-WIDTHS = {2: 4.6, 4: 3.3}
-LINE_WIDTHS = {'broad': 4.0, 'solid': 1.8, 'dashed': 1.6, 'dotted': 2.2}
+WIDTHS = {1: 7.0, 2: 4.6, 3: 4.0, 4: 3.3}
+LINE_WIDTHS = {'broad': 4.0, 'solid': 1.8, 'dashed': 1.6, 'dotted': 2.2, 'marks': 0.0}
 
 
 def still(sheet: Sheet, kind: str) -> bytes:
@@ -48,6 +48,8 @@ def still(sheet: Sheet, kind: str) -> bytes:
 
 def hue(line: Line) -> str:
     """Colour of a line; paler where it is broad."""
+    if line.stroke == 'marks':
+        return INK
     return PALE if line.stroke == 'broad' else HUES[line.style]
 
 
@@ -57,8 +59,13 @@ def one_key(sheet: Sheet) -> bool:
 
 
 def _panel(axes: Axes, panel: Panel, own_key: bool) -> None:
-    axes.axhline(0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
-    axes.axvline(0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
+    axes.axhline(1.0 if 'y' in panel.log else 0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
+    if panel.log:
+        axes.set_xscale('log')
+    else:
+        axes.axvline(0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
+    if 'y' in panel.log:
+        axes.set_yscale('log')
     for line in panel.lines:
         axes.plot(line.x, line.y, label=line.label, color=hue(line), **_stroke(line))
     axes.set_title(panel.title, loc='left', color=INK, fontsize=9.0)
@@ -75,4 +82,6 @@ def _panel(axes: Axes, panel: Panel, own_key: bool) -> None:
 
 def _stroke(line: Line) -> dict[str, Any]:
     dashes = {'dashed': (0, (5, 2)), 'dotted': (0, (1.2, 1.4))}
+    if line.stroke == 'marks':
+        return {'linestyle': '', 'marker': 'o', 'markersize': 4.5}
     return {'linestyle': dashes.get(line.stroke, '-'), 'linewidth': LINE_WIDTHS[line.stroke]}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,15 +23,17 @@ class Basis:
     samples: int
     half_wave: bool = False
 
-    @classmethod
-    def full(cls, harmonics: int) -> Basis:
+    @staticmethod
+    @cache
+    def full(harmonics: int) -> Basis:
         """0, 1, 2, ...: motions of the drive's period. Products up to fourth order are exact."""
-        return cls(tuple(range(harmonics + 1)), _samples(harmonics))
+        return Basis(tuple(range(harmonics + 1)), _samples(harmonics))
 
-    @classmethod
-    def odd(cls, harmonics: int) -> Basis:
+    @staticmethod
+    @cache
+    def odd(harmonics: int) -> Basis:
         """1, 3, 5, ...: motions whose second half is the first one mirrored."""
-        return cls(tuple(range(1, harmonics + 1, 2)), _samples(harmonics) // 2, half_wave=True)
+        return Basis(tuple(range(1, harmonics + 1, 2)), _samples(harmonics) // 2, half_wave=True)
 
     def even(self) -> Basis:
         """0, 2, 4, ...: what breaks the symmetry of motions in this odd basis."""

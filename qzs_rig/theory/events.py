@@ -16,10 +16,9 @@ from qzs_rig.theory import continuation
 from qzs_rig.theory.basis import resized
 from qzs_rig.theory.continuation import Point
 from qzs_rig.theory.floquet import determinants
-from qzs_rig.theory.follow import Frequency
-from qzs_rig.theory.harmonic_balance import HarmonicBalance, transmissibility
-from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.harmonic_balance import transmissibility
 from qzs_rig.theory.root import root
+from qzs_rig.theory.unknowns import Unknowns
 from qzs_rig.timehistory import Array
 
 ENOUGH = 1e-11
@@ -28,44 +27,47 @@ ENOUGH = 1e-11
 
 @dataclass(frozen=True)
 class Stretch:
-    """A piece of a branch: motions (2, 2H + 1) at its two ends `omega` (2,), which took
-    `harmonics`; `odd` in odd harmonics only."""
+    """A piece of a branch: motions (2, 2H + 1) at its ends, where the parameter has `values` (2,).
 
-    oscillator: Oscillator
-    omega: Array
+    `unknowns` gives its equations in any number of harmonics, of which `harmonics` were needed.
+    """
+
+    unknowns: Callable[[int], Unknowns]
+    values: Array
     coefficients: Array
     harmonics: int
-    odd: bool = False
 
 
 @dataclass(frozen=True)
 class Located:
-    """A motion `coefficients` (2H + 1,) at `omega`; `uncertainty` is what the last harmonics
-    moved `omega` by, relative."""
+    """A motion `coefficients` (2H + 1,) where the parameter has the value `omega`; `uncertainty` is
+    what the last harmonics moved that by, relative."""
 
     omega: float
     coefficients: Array
     uncertainty: float
 
 
-Zero = Callable[[Oscillator, Point, Array, bool], float]
-"""Function of a point, its coefficients (2H + 1,) and whether they are odd, 0 at the event."""
+Zero = Callable[[Unknowns, Point], float]
+"""Function of a point that is 0 at the event."""
 
 
-def turning(oscillator: Oscillator, point: Point, x: Array, odd: bool) -> float:
-    """0 at a fold: the frequency along the path."""
+def turning(unknowns: Unknowns, point: Point) -> float:
+    """0 at a fold: the parameter along the path."""
     return float(point.tangent[-1])
 
 
-def doubling(oscillator: Oscillator, point: Point, x: Array, odd: bool) -> float:
+def doubling(unknowns: Unknowns, point: Point) -> float:
     """0 at a period doubling, or in odd harmonics at a symmetry breaking."""
-    return determinants(oscillator, math.exp(point.p), x, odd)[1]
+    oscillator, omega = unknowns.at(point.p)
+    return determinants(oscillator, omega, unknowns.full(point.x), unknowns.odd)[1]
 
 
-def crossing(oscillator: Oscillator, point: Point, x: Array, odd: bool) -> float:
+def crossing(unknowns: Unknowns, point: Point) -> float:
     """0 where T = 1."""
-    omega = np.array([math.exp(point.p)])
-    return float(np.log(np.abs(transmissibility(oscillator, omega, x[None])[0])))
+    oscillator, omega = unknowns.at(point.p)
+    x = unknowns.full(point.x)
+    return float(np.log(np.abs(transmissibility(oscillator, np.array([omega]), x[None])[0])))
 
 
 def locate(stretch: Stretch, zero: Zero) -> Located | None:
@@ -83,19 +85,19 @@ def locate(stretch: Stretch, zero: Zero) -> Located | None:
 
 
 def _located(stretch: Stretch, zero: Zero, harmonics: int) -> Located | None:
-    equations = Frequency(HarmonicBalance(stretch.oscillator, harmonics, stretch.odd))
+    equations = stretch.unknowns(harmonics)
     own = [equations.own(x) for x in stretch.coefficients]
     size = float(np.linalg.norm(own[0])) or 1.0
     blank = np.zeros(len(own[0]) + 1)
     here, ahead = (
-        Point(x, math.log(omega), blank, size) for x, omega in zip(own, stretch.omega, strict=True)
+        Point(x, math.log(value), blank, size) for x, value in zip(own, stretch.values, strict=True)
     )
 
     def value(share: float) -> float:
         point = continuation.between(equations, here, ahead, share)
         if point is None:
             return math.nan
-        return zero(stretch.oscillator, point, equations.full(point.x), stretch.odd)
+        return zero(equations, point)
 
     share = root(value)
     point = None if share is None else continuation.between(equations, here, ahead, share)

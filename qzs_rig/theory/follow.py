@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from qzs_rig.theory import continuation
 from qzs_rig.theory.basis import harmonics_of, resized
 from qzs_rig.theory.continuation import Point, Steps
-from qzs_rig.theory.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.symmetry import even_part, symmetric
+from qzs_rig.theory.unknowns import Unknowns, value_of
 from qzs_rig.timehistory import Array
 
 LADDER = (7, 11, 15, 21, 29, 41, 57, 79, 111, 155)
@@ -30,7 +30,8 @@ FURTHEST = 1e3
 
 @dataclass(frozen=True)
 class Task:
-    """A motion (2H + 1,) at `omega` from which its branch is followed within [low, high].
+    """A motion (2H + 1,) at `omega` from which its branch is followed while `parameter`, the
+    frequency or another of PARAMETERS, stays within [low, high].
 
     `harmonics` None adapts their number; `odd` keeps to the odd ones (of an odd law).
     """
@@ -43,13 +44,25 @@ class Task:
     odd: bool = False
     harmonics: int | None = None
     tolerance: float = 1e-10
+    parameter: str = 'omega'
+
+    @property
+    def value(self) -> float:
+        """Where the parameter is at the start."""
+        return value_of(self.oscillator, self.omega, self.parameter)
+
+    def unknowns(self, harmonics: int) -> Unknowns:
+        """The equations in so many harmonics."""
+        return Unknowns(self.oscillator, harmonics, self.odd, self.parameter, self.omega)
 
 
 @dataclass(frozen=True)
 class Followed:
-    """Motions along the path, `coefficients` (n, 2H + 1) at `omega` (n,), `harmonics` (n,) those
-    that were needed, and why it ended at its first and last point: 'range', 'closed',
-    'symmetry' (just before it would meet a symmetric branch), or what stopped it."""
+    """Motions along the path: `coefficients` (n, 2H + 1) where the parameter is `omega` (n,).
+
+    `harmonics` (n,) were needed. `reasons`: why it ended at its first and its last point: 'range',
+    'closed', 'symmetry' (just before it would meet a symmetric branch), or what stopped it.
+    """
 
     omega: Array
     coefficients: Array
@@ -68,7 +81,7 @@ def follow(task: Task) -> Followed:
     points = [*reversed(down.points[1:]), *up.points]
     most = max(harmonics_of(x) for _, x in points)
     return Followed(
-        np.clip([omega for omega, _ in points], task.low, task.high),
+        np.clip([value for value, _ in points], task.low, task.high),
         np.array([resized(x, most) for _, x in points]),
         np.array([harmonics_of(x) for _, x in points]),
         ('closed' if closed else down.reason, up.reason),
@@ -82,27 +95,6 @@ class _Walk:
     reason: str = ''
 
 
-@dataclass(frozen=True)
-class Frequency:
-    """Harmonic balance over ln Ω."""
-
-    balance: HarmonicBalance
-
-    def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
-        """See continuation.Equations."""
-        return self.balance.linearised(x, math.exp(min(p, 50.0)))
-
-    def full(self, x: Array) -> Array:
-        """The coefficients (2H + 1,) of the unknowns x."""
-        whole = np.zeros(2 * self.balance.harmonics + 1)
-        whole[self.balance.basis.columns] = x
-        return whole
-
-    def own(self, coefficients: Array) -> Array:
-        """The unknowns of coefficients (2H + 1,)."""
-        return resized(coefficients, self.balance.harmonics)[self.balance.basis.columns]
-
-
 def refined(task: Task) -> Array | None:
     """The coefficients (2H + 1,) of `task` in as many harmonics as it takes; None where they
     lead nowhere: it was an artefact of too few."""
@@ -110,11 +102,11 @@ def refined(task: Task) -> Array | None:
     return None if found is None else found[0].full(found[1])
 
 
-def _settled(task: Task) -> tuple[Frequency, Array] | None:
+def _settled(task: Task) -> tuple[Unknowns, Array] | None:
     x = task.coefficients
     for harmonics in LADDER if task.harmonics is None else (task.harmonics,):
-        equations = Frequency(HarmonicBalance(task.oscillator, harmonics, task.odd))
-        own = continuation.solve(equations, equations.own(x), math.log(task.omega), task.tolerance)
+        equations = task.unknowns(harmonics)
+        own = continuation.solve(equations, equations.own(x), math.log(task.value), task.tolerance)
         if own is None:
             continue
         x = equations.full(own)
@@ -128,10 +120,10 @@ def _one_way(task: Task, direction: float) -> _Walk:
     found = _settled(task)
     if found is None:
         walk.reason = 'the start does not converge'
-        walk.points.append((task.omega, task.coefficients))
+        walk.points.append((task.value, task.coefficients))
         return walk
     equations, x = found
-    here = home = continuation.start(equations, x, math.log(task.omega), direction)
+    here = home = continuation.start(equations, x, math.log(task.value), direction)
     bounds, judge = (math.log(task.low), math.log(task.high)), _Judge(task)
     while True:
         judge.equations = equations
@@ -147,20 +139,20 @@ def _one_way(task: Task, direction: float) -> _Walk:
             return walk
         moved = _moved(task, equations, path.points[-1], path.reason)
         if moved is None:
-            walk.reason = f'{equations.balance.harmonics} harmonics do not suffice'
+            walk.reason = f'{equations.harmonics} harmonics do not suffice'
             return walk
         equations, here = moved
         walk.points[-1] = math.exp(here.p), equations.full(here.x)
 
 
 def _moved(
-    task: Task, equations: Frequency, last: Point, reason: str
-) -> tuple[Frequency, Point] | None:
+    task: Task, equations: Unknowns, last: Point, reason: str
+) -> tuple[Unknowns, Point] | None:
     """The same point in more or fewer harmonics."""
-    place = LADDER.index(equations.balance.harmonics) + (1 if reason == 'more' else -1)
+    place = LADDER.index(equations.harmonics) + (1 if reason == 'more' else -1)
     if place >= len(LADDER):
         return None
-    other = Frequency(HarmonicBalance(task.oscillator, LADDER[place], task.odd))
+    other = task.unknowns(LADDER[place])
     along = np.append(other.own(equations.full(last.tangent[:-1])), last.tangent[-1])
     along /= np.linalg.norm(along)
     guess = other.own(equations.full(last.x))
@@ -171,7 +163,7 @@ def _moved(
     return other, Point(x, p, continuation.tangent(other, x, p, last.size, along), last.size)
 
 
-def _same(home: Point, equations: Frequency) -> Point:
+def _same(home: Point, equations: Unknowns) -> Point:
     """`home` in the unknowns of `equations`, to recognise it."""
     n = len(equations.balance.basis.columns)
     x, along = np.zeros(n), np.zeros(n + 1)
@@ -185,7 +177,7 @@ class _Judge:
     """Ends a walk where other harmonics are due, or the law ends."""
 
     task: Task
-    equations: Frequency | None = None
+    equations: Unknowns | None = None
     even: Array | None = None
 
     def __call__(self, point: Point) -> str | None:
@@ -212,8 +204,8 @@ class _Judge:
         return float(before[:size] @ self.even[:size]) < 0
 
 
-def _due(task: Task, equations: Frequency, x: Array) -> str | None:
-    harmonics = equations.balance.harmonics
+def _due(task: Task, equations: Unknowns, x: Array) -> str | None:
+    harmonics = equations.harmonics
     if task.harmonics is not None:
         return None
     full = equations.full(x)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from qzs_rig.theory.floquet import Floquet, floquet
 from qzs_rig.theory.follow import Followed, Tracer, follow
 from qzs_rig.theory.harmonic_balance import transmissibility
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.unknowns import Unknowns
 from qzs_rig.timehistory import Array
 
 Progress = Callable[[float, str], None]
@@ -124,9 +126,14 @@ def frequency_response(
         search.Range(oscillator, low, high, harmonics, tolerance), tracer, isolas, tell
     )
     tell(0.8, 'events')
-    branches = tuple(_branch(oscillator, path, odd) for path, odd in paths)
+    floquets = [floquet(oscillator, path.omega, path.coefficients, odd) for path, odd in paths]
+    branches = tuple(
+        _branch(oscillator, *path, own) for path, own in zip(paths, floquets, strict=True)
+    )
     events = tuple(
-        event for k, branch in enumerate(branches) for event in _events(oscillator, k, branch)
+        event
+        for k, (branch, own) in enumerate(zip(branches, floquets, strict=True))
+        for event in _events(oscillator, k, branch, own)
     )
     onset = sorted(w for branch in branches for w in _onsets(oscillator, branch))
     early = {reason for b in branches for reason in b.reasons} - set(search.GOOD_ENDS)
@@ -142,9 +149,8 @@ def frequency_response(
     )
 
 
-def _branch(oscillator: Oscillator, path: Followed, odd: bool) -> Branch:
+def _branch(oscillator: Oscillator, path: Followed, odd: bool, floquets: Floquet) -> Branch:
     ratio = transmissibility(oscillator, path.omega, path.coefficients)
-    floquets = _floquet(oscillator, path, odd)
     phase = np.degrees(np.angle(ratio))
     return Branch(
         omega=path.omega,
@@ -160,11 +166,7 @@ def _branch(oscillator: Oscillator, path: Followed, odd: bool) -> Branch:
     )
 
 
-def _floquet(oscillator: Oscillator, path: Followed, odd: bool) -> Floquet:
-    return floquet(oscillator, path.omega, path.coefficients, odd)
-
-
-def _events(oscillator: Oscillator, number: int, branch: Branch) -> list[Event]:
+def _events(oscillator: Oscillator, number: int, branch: Branch, floquets: Floquet) -> list[Event]:
     found: list[tuple[int, Event]] = []
     rising = np.diff(branch.omega) > 0
     turns = np.flatnonzero(rising[:-1] != rising[1:]) + 1
@@ -175,7 +177,7 @@ def _events(oscillator: Oscillator, number: int, branch: Branch) -> list[Event]:
                 found.append((int(place), _event(oscillator, 'fold', number, located)))
                 break
     kind = 'symmetry_breaking' if branch.symmetric else 'period_doubling'
-    other = floquet(oscillator, branch.omega, branch.coefficients, branch.symmetric).other
+    other = floquets.other
     for k in np.flatnonzero((other[:-1] > 0) != (other[1:] > 0)):
         located = _at(oscillator, branch, int(k), doubling)
         if located is not None:
@@ -196,7 +198,8 @@ def _at(oscillator: Oscillator, branch: Branch, k: int, zero: Zero) -> Located |
     pair = slice(k, k + 2)
     harmonics = int(branch.harmonics[pair].max())
     x = branch.coefficients[pair]
-    return locate(Stretch(oscillator, branch.omega[pair], x, harmonics, branch.symmetric), zero)
+    unknowns = partial(Unknowns, oscillator, odd=branch.symmetric)
+    return locate(Stretch(unknowns, branch.omega[pair], x, harmonics), zero)
 
 
 def _event(oscillator: Oscillator, kind: str, number: int, located: Located) -> Event:

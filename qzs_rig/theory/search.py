@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,11 +14,12 @@ from qzs_rig.theory.basis import Basis, harmonics_of, resized
 from qzs_rig.theory.describing import describing
 from qzs_rig.theory.events import Located, Stretch, doubling, locate
 from qzs_rig.theory.floquet import floquet
-from qzs_rig.theory.follow import Followed, Frequency, Task, Tracer, refined
-from qzs_rig.theory.harmonic_balance import HarmonicBalance, tangent
+from qzs_rig.theory.follow import Followed, Task, Tracer, refined
+from qzs_rig.theory.harmonic_balance import tangent
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.seeds import is_known, kicked, one_term
 from qzs_rig.theory.symmetry import lopsided, symmetric
+from qzs_rig.theory.unknowns import Unknowns
 from qzs_rig.timehistory import Array
 
 BETWEEN = 24
@@ -96,7 +98,8 @@ def _partings(span: Range, path: Followed) -> list[Located]:
     for k in np.flatnonzero((other[:-1] > 0) != (other[1:] > 0)):
         pair = slice(k, k + 2)
         x, harmonics = path.coefficients[pair], int(path.harmonics[pair].max())
-        at = locate(Stretch(span.oscillator, path.omega[pair], x, harmonics, odd=True), doubling)
+        unknowns = partial(Unknowns, span.oscillator, odd=True)
+        at = locate(Stretch(unknowns, path.omega[pair], x, harmonics), doubling)
         if at is not None:
             found.append(at)
     return found
@@ -133,7 +136,7 @@ def _beside(oscillator: Oscillator, omega: float, x: Array) -> tuple[float, Arra
     null = np.zeros(len(x))
     null[even.columns] = np.linalg.svd(slope)[2][-1]
     size = float(np.linalg.norm(x))
-    equations = Frequency(HarmonicBalance(oscillator, harmonics))
+    equations = Unknowns(oscillator, harmonics)
     across = np.append(null, 0.0)
     found = continuation.correct(
         equations, x + 0.05 * size * null, math.log(omega), across, size, 1e-10

@@ -1,0 +1,179 @@
+"""`qzs-rig frf`: the theoretical frequency response, every branch of it."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from qzs_rig import scenario
+from qzs_rig.cli import frf_curves, frf_told
+from qzs_rig.cli import options as shared
+from qzs_rig.cli.progress import bar
+from qzs_rig.dof import DOFS, TRANSLATIONS
+from qzs_rig.errors import InputError
+from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.parameters import RunSpec
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.response import frequency_response
+from qzs_rig.theory.single_term_response import single_term_response
+
+HELD = ('displacement', 'velocity', 'acceleration')
+PAPER_AMPLITUDE = 0.1
+"""Base amplitude of Table 1 in m."""
+PAPER_ROTATION = math.radians(5.0)
+"""Base amplitude of Figures 13 to 18 in rad."""
+
+EPILOG = """\
+examples:
+  qzs-rig frf                                       Table 1, vertical, 0.1 m
+  qzs-rig frf --law taylor --zeta 0.07 --amplitude 0.6 --omega 0.02:3 --out frf
+  qzs-rig frf --law symmetric --single-term         the paper's Eq (29)
+  qzs-rig frf --jump-map amplitude --omega 0.1:2    folds over the base amplitude
+Everything is nondimensional: omega over sqrt(k1/m), motion over L20 or in rad.
+"""
+
+
+def add_to(verbs: Any) -> None:
+    """`frf` on the command line."""
+    command = verbs.add_parser(
+        'frf',
+        help='theory: all branches of the frequency response, stability, folds',
+        description='Steady response of one degree of freedom by harmonic balance and '
+        'continuation: every branch with its stability, folds and other events, isolated '
+        'branches, isolation onset.',
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    command.add_argument(
+        '--law', help=f'restoring law: {", ".join(RESTORING)} (default: platform.law)'
+    )
+    command.add_argument(
+        '--dof', default=DOFS[0], help=f'degree of freedom: {", ".join(DOFS)} (default: {DOFS[0]})'
+    )
+    command.add_argument(
+        '--zeta', type=float, metavar='Z', help="damping ratio (default: the platform's)"
+    )
+    command.add_argument(
+        '--amplitude',
+        type=float,
+        metavar='H',
+        help='base amplitude over L20, or in rad (default: 0.1 m as in Table 1, or 5 degrees)',
+    )
+    command.add_argument(
+        '--omega', default='0.02:3', metavar='LO:HI', help='frequency range (default: 0.02:3)'
+    )
+    command.add_argument(
+        '--held',
+        default=HELD[0],
+        choices=HELD,
+        help='quantity of the base whose amplitude is the same at all frequencies; --amplitude is '
+        'the one at omega = 1 (default: displacement)',
+    )
+    command.add_argument(
+        '--harmonics', type=int, metavar='N', help='keep to N (default: as many as it takes)'
+    )
+    command.add_argument(
+        '--no-isolas', action='store_true', help='do not look for isolated branches'
+    )
+    command.add_argument(
+        '--single-term',
+        action='store_true',
+        help="the paper's Eq (29) for the cubic part of the law instead",
+    )
+    command.add_argument(
+        '--backbone',
+        action='store_true',
+        help='free motions of the undamped platform too, and the damped phase resonance',
+    )
+    command.add_argument(
+        '--jump-map',
+        choices=('amplitude', 'zeta'),
+        help='curves of folds while this varies from a tenth to three times its value too',
+    )
+    shared.assignments(command)
+    shared.out(command, 'folder for figures, page and CSV')
+    shared.as_json(command)
+    command.set_defaults(execute=execute)
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Solve, draw, print."""
+    oscillator = oscillator_of(options)
+    low, high = omega_range(options.omega)
+    if options.single_term:
+        answer = frf_told.all_branches(
+            single_term_response(oscillator, low, high), 'single term, Eq (29)'
+        )
+    else:
+        with bar(1.0, 'of the search', 'frequency response') as progress:
+            answer = frf_told.all_branches(
+                frequency_response(
+                    oscillator,
+                    low,
+                    high,
+                    harmonics=options.harmonics,
+                    isolas=not options.no_isolas,
+                    progress=_teller(progress),
+                )
+            )
+    if options.backbone:
+        answer = frf_curves.with_backbone(answer, oscillator, low, high)
+    if options.jump_map:
+        with bar(1.0, 'of the map', 'jump map') as progress:
+            answer = frf_curves.with_jump_map(
+                answer, oscillator, options.jump_map, (low, high), _teller(progress)
+            )
+    text = answer.text
+    if options.out is not None:
+        written = frf_told.write(options.out, answer)
+        answer.document['files'] = [str(path) for path in written]
+        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
+    for caution in answer.cautions:
+        print(f'caution: {caution}', file=sys.stderr)
+    shared.show(options, answer.document, text)
+    return 0
+
+
+def _teller(progress: Any) -> Callable[[float, str], None]:
+    def tell(share: float, text: str) -> None:
+        progress.set_description(text)
+        progress.update(share - progress.n)
+
+    return tell
+
+
+def oscillator_of(options: argparse.Namespace) -> Oscillator:
+    """The oscillator that --law, --dof, --zeta, --amplitude, --held and --set describe."""
+    spec = scenario.of(scenario.assigned(options.assignments))
+    if options.law is not None:
+        if options.law not in RESTORING:
+            raise InputError(f'unknown law {options.law!r}; known: {", ".join(RESTORING)}')
+        spec = spec.override({'platform.law': options.law})
+    if options.dof not in DOFS:
+        raise InputError(f'unknown degree of freedom {options.dof!r}; known: {", ".join(DOFS)}')
+    amplitude = options.amplitude
+    if amplitude is None:
+        amplitude = _paper_amplitude(spec, options.dof)
+    found = Oscillator.of(spec, options.dof, amplitude, HELD.index(options.held))
+    return found if options.zeta is None else replace(found, zeta=options.zeta)
+
+
+def omega_range(text: str) -> tuple[float, float]:
+    """LO:HI."""
+    try:
+        low, high = (float(word) for word in text.split(':'))
+    except ValueError:
+        raise InputError(f'--omega {text!r}: write LO:HI, for instance 0.02:3') from None
+    if not 0.0 < low < high < math.inf:
+        raise InputError(f'--omega {text!r}: the range must rise from above 0')
+    return low, high
+
+
+def _paper_amplitude(spec: RunSpec, dof: str) -> float:
+    if dof in TRANSLATIONS:
+        return PAPER_AMPLITUDE / spec.number('platform.L20')
+    return PAPER_ROTATION

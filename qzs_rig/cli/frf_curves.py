@@ -1,0 +1,101 @@
+"""Backbone and jump map beside a frequency response."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from qzs_rig.cli.frf_told import Answer
+from qzs_rig.compare.tables import Table
+from qzs_rig.datasheet.figures import Line, Panel, Sheet
+from qzs_rig.errors import InputError
+from qzs_rig.theory.backbone import Backbone, backbone, phase_resonance
+from qzs_rig.theory.jump_map import FoldCurve, jump_map
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.unknowns import value_of
+
+
+def with_backbone(answer: Answer, oscillator: Oscillator, low: float, high: float) -> Answer:
+    """Conservative backbones, and the damped phase resonance of each."""
+    free = backbone(oscillator, low, high)
+    damped = [curve for b in free if (curve := phase_resonance(oscillator, b)) is not None]
+    lines, rows = [], []
+    for name, curves in (('backbone', free), ('phase resonance', damped)):
+        for k, curve in enumerate(curves):
+            style = 2 * k % 4 + (name != 'backbone')
+            lines.append(Line(f'{name} {k + 1}', curve.omega, curve.amplitude, style, 'solid'))
+            rows.append((f'{name} {k + 1}', *_ends(curve.omega), *_ends(curve.amplitude)))
+    panel = Panel('motion in resonance', 'Ω', 'amplitude of w', tuple(lines), 'xy')
+    sheet = Sheet(
+        'backbone',
+        'Backbone',
+        'Undamped free motion (the extended periodic motion of one degree of freedom), and damped '
+        'motion that lags its drive by 90 degrees.',
+        (panel,),
+        columns=1,
+    )
+    head = ('curve', 'omega from', 'to', 'amplitude from', 'to')
+    return replace(
+        answer,
+        document=answer.document
+        | {'backbone': [_curve(b) for b in free], 'phase_resonance': [_curve(b) for b in damped]},
+        tables=[*answer.tables, Table('resonance', head, tuple(rows), labels=1)],
+        sheets=[*answer.sheets, sheet],
+    )
+
+
+def with_jump_map(
+    answer: Answer,
+    oscillator: Oscillator,
+    parameter: str,
+    omega: tuple[float, float],
+    progress: Callable[[float, str], None],
+) -> Answer:
+    """Folds while `parameter` goes from a tenth to three times its value."""
+    value = value_of(oscillator, 1.0, parameter)
+    if not value > 0.0:
+        raise InputError(f'--jump-map {parameter}: it is {value:g}; give a value above 0')
+    curves = jump_map(oscillator, parameter, (value / 10, value * 3), *omega, progress=progress)
+    lines = tuple(
+        Line(f'folds {k + 1}', c.value, c.omega, k % 4, 'solid') for k, c in enumerate(curves)
+    )
+    panel = Panel('where motions jump', parameter, 'Ω of the fold', lines, 'xy')
+    sheet = Sheet('jump_map', 'Jump map', 'Folds of the frequency response.', (panel,), columns=1)
+    rows = tuple(
+        (f'folds {k + 1}', *_ends(np.sort(c.value)), *_ends(np.sort(c.omega)))
+        for k, c in enumerate(curves)
+    )
+    head = ('curve', f'{parameter} from', 'to', 'omega from', 'to')
+    told = {'parameter': parameter, 'curves': [_fold_curve(c) for c in curves]}
+    return replace(
+        answer,
+        document=answer.document | {'jump_map': told},
+        tables=[*answer.tables, Table('jump map', head, rows, labels=1)],
+        sheets=[*answer.sheets, sheet] if curves else answer.sheets,
+    )
+
+
+def _ends(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[str, str]:
+    return f'{values[0]:.6g}', f'{values[-1]:.6g}'
+
+
+def _curve(curve: Backbone) -> dict[str, object]:
+    return {
+        'omega': curve.omega.tolist(),
+        'amplitude': curve.amplitude.tolist(),
+        'damping_ratio': curve.damping_ratio.tolist(),
+        'drive_hat': curve.drive_hat.tolist(),
+        'ends': list(curve.reasons),
+    }
+
+
+def _fold_curve(curve: FoldCurve) -> dict[str, object]:
+    return {
+        'value': curve.value.tolist(),
+        'omega': curve.omega.tolist(),
+        'T': curve.T.tolist(),
+        'amplitude': curve.amplitude.tolist(),
+        'ends': list(curve.reasons),
+    }

@@ -1,0 +1,168 @@
+"""What `qzs-rig frf` says: document, text, files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from qzs_rig.compare.page import page
+from qzs_rig.compare.save import write_new
+from qzs_rig.compare.sections import header, table_section
+from qzs_rig.compare.tables import Table
+from qzs_rig.datasheet import response_sheet
+from qzs_rig.datasheet import write as datasheet
+from qzs_rig.datasheet.figures import Sheet
+from qzs_rig.datasheet.interactive import section
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.response import Branch, FrequencyResponse
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`document` as printed with --json, `text` without; what --out writes."""
+
+    title: str
+    document: dict[str, Any]
+    tables: list[Table]
+    sheets: list[Sheet]
+    csv: list[str]
+    cautions: list[str] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """The tables."""
+        return '\n\n'.join(table.to_text() for table in self.tables if table.rows)
+
+
+def all_branches(found: FrequencyResponse, method: str = 'harmonic balance') -> Answer:
+    """What was found, and by which `method`."""
+    document = {
+        **_who(found.oscillator, (found.low, found.high)),
+        'method': method,
+        'harmonics': found.harmonics,
+        'branches': [_branch(branch) for branch in found.branches],
+        'folds': [_event(event) for event in found.folds],
+        'events': [_event(event) for event in found.events if event.kind != 'fold'],
+        'onset_omega': list(found.onset_omega),
+        'peak': None if found.peak is None else dict(zip(('omega', 'T'), found.peak, strict=True)),
+        'reason': found.reason,
+    }
+    cautions = [] if found.reason is None else [f'a branch ended early: {found.reason}']
+    if found.peak is not None and found.peak[0] > 0.999 * found.high:
+        cautions.append(
+            f'T is largest at the end of the range, omega {found.high:g}: the resonance has not '
+            'come down there, and with this damping may never (a cubic law does not saturate)'
+        )
+    return Answer(
+        _title(found.oscillator),
+        document,
+        _tables(found),
+        [response_sheet.sheet(found)],
+        list(response_sheet.rows(found)),
+        cautions,
+    )
+
+
+def write(folder: Path, answer: Answer) -> list[Path]:
+    """`response.html`, `.csv`, `.svg`, `.png`."""
+    paths = [folder / 'response.html', folder / 'response.csv']
+    facts = [(k, f'{v:.6g}') for k, v in answer.document['design'].items()]
+    body = [
+        header(answer.title, [], facts, []),
+        *(table_section(table) for table in answer.tables),
+        *(section(sheet) for sheet in answer.sheets),
+        '<footer><p>Nondimensional: frequency over sqrt(k1/m), motion over L20 or in rad, vertical '
+        'positive downward from the working point. Unstable motions are dashed. Drag to zoom, '
+        'double-click to return.</p></footer>\n',
+    ]
+    write_new(paths[0], page(answer.title, ''.join(body)).encode())
+    write_new(paths[1], ('\n'.join(answer.csv) + '\n').encode())
+    try:
+        paths += datasheet.pictures(folder, answer.sheets)
+    except ImportError:
+        answer.cautions.append(
+            "figures as SVG and PNG need matplotlib; pip install 'qzs_rig[picture]'"
+        )
+    return paths
+
+
+def _who(own: Oscillator, omega: tuple[float, float]) -> dict[str, Any]:
+    return {
+        'schema': 'qzs_rig/frf/1',
+        'law': own.law.name,
+        'dof': own.dof,
+        'zeta': own.zeta,
+        'amplitude': own.amplitude,
+        'falloff': own.falloff,
+        'load': own.load,
+        'design': own.design._asdict(),
+        'omega': list(omega),
+    }
+
+
+def _branch(branch: Branch) -> dict[str, Any]:
+    return {
+        'omega': branch.omega.tolist(),
+        'T': branch.T.tolist(),
+        'amplitude': branch.amplitude.tolist(),
+        'phase_deg': branch.phase_deg.tolist(),
+        'stable': branch.stable.tolist(),
+        'symmetric': branch.symmetric,
+        'ends': list(branch.reasons),
+    }
+
+
+def _event(event: Any) -> dict[str, Any]:
+    names = ('omega', 'T', 'kind', 'amplitude', 'phase_deg', 'branch')
+    return {name: getattr(event, name) for name in names}
+
+
+def _title(own: Oscillator) -> str:
+    return f'Frequency response: law {own.law.name}, {own.dof}'
+
+
+def _tables(found: FrequencyResponse) -> list[Table]:
+    own, peak = found.oscillator, found.peak
+    facts = [
+        ('damping ratio', f'{own.zeta:.6g}'),
+        ('base amplitude', f'{own.amplitude:.6g}'),
+        ('branches', str(len(found.branches))),
+        ('harmonics, at most', str(found.harmonics)),
+        ('largest stable T', 'none' if peak is None else f'{peak[1]:.6g} at omega {peak[0]:.6g}'),
+        ('isolation onset (T = 1)', ', '.join(f'{w:.8g}' for w in found.onset_omega) or 'none'),
+    ]
+    events = [
+        (
+            str(event.branch + 1),
+            event.kind.replace('_', ' '),
+            f'{event.omega:.10f}',
+            f'{event.T:.6g}',
+            f'{event.amplitude:.6g}',
+        )
+        for event in found.events
+    ]
+    return [
+        Table(f'law {own.law.name}, {own.dof}', ('', 'value'), tuple(facts), labels=1),
+        Table('branches', BRANCHES, tuple(_branch_rows(found.branches)), labels=1),
+        Table('events', ('branch', 'kind', 'omega', 'T', 'amplitude'), tuple(events)),
+    ]
+
+
+BRANCHES = ('branch', 'points', 'omega from', 'to', 'stable', 'largest T', 'ends')
+
+
+def _branch_rows(branches: Iterable[Branch]) -> Iterable[tuple[str, ...]]:
+    for number, b in enumerate(branches):
+        yield (
+            str(number + 1),
+            str(len(b.omega)),
+            f'{b.omega.min():.6g}',
+            f'{b.omega.max():.6g}',
+            f'{100 * float(np.mean(b.stable)):.0f} %',
+            f'{b.T.max():.6g}',
+            ', '.join(dict.fromkeys(b.reasons)),
+        )
