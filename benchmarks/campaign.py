@@ -57,23 +57,23 @@ def idle(points: Points, options: RunSpec) -> Part:
     return harvest.part()
 
 
-def measured(what: Plan, kind: str) -> tuple[Performed, float]:
-    """The campaign done, and its wall time with the summary."""
+def measured(what: Plan, kind: str) -> tuple[Performed, float, float]:
+    """The campaign done, and with the summary its wall time and the core seconds used."""
     with tempfile.TemporaryDirectory() as folder:
-        began = time.perf_counter()
+        began, used = time.perf_counter(), time.process_time()
         workers = len(os.sched_getaffinity(0))
         done = perform(what, Path(folder) / 'out', Threads(workers), kind, lambda points: None)
         summary(done.table)
-        return done, time.perf_counter() - began
+        return done, time.perf_counter() - began, time.process_time() - used
 
 
 def line(name: str, what: Plan, kind: str) -> None:
     """Measure and print."""
-    done, wall = measured(what, kind)
+    done, wall, used = measured(what, kind)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     rate = what.points / wall
     print(
-        f'{name:34} | {wall:7.2f} s | {1e6 * wall / what.points:7.3f} µs | {rate:9.0f} | '
+        f'{name:34} | {wall:7.2f} s | {used:7.2f} s | {1e6 * wall / what.points:7.3f} µs | {rate:9.0f} | '
         f'{done.first_s or 0.0:5.2f} s | {memory:6.0f} MB',
         flush=True,
     )
@@ -82,7 +82,9 @@ def line(name: str, what: Plan, kind: str) -> None:
 def main() -> None:
     points = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
     cores = len(os.sched_getaffinity(0))
-    print(f'{points} points, {cores} cores | wall | a point | points/s | first chunk | peak memory')
+    print(
+        f'{points} points, {cores} cores | wall | cores | a point | points/s | first chunk | peak memory'
+    )
     for sample in ('grid', 'latin_hypercube'):
         for kind in ('npz', 'parquet'):
             grid = wanted(points, True, sample)

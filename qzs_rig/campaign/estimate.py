@@ -10,7 +10,7 @@ import numpy as np
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.sampling import LatinHypercube
 
-ENOUGH = 0.1
+ENOUGH = 0.05
 """Seconds of work from which a point's share is known well enough to plan by."""
 SPOTS = 8
 """Places in the campaign at which points are timed: those at its start may be slow or quick."""

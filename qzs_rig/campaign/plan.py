@@ -50,6 +50,11 @@ class Plan:
         return -(-self.points // self.chunk)
 
     @property
+    def chunk_bytes(self) -> int:
+        """Bytes of figures of a chunk: what a worker sends back, and what a chunk's file holds."""
+        return self.chunk * (8 * len(self.task.outputs) + 4)
+
+    @property
     def varied(self) -> tuple[str, ...]:
         """Names of the axes."""
         return tuple(axis.parameter.name for axis in self.sample.axes)

@@ -150,7 +150,8 @@ def _told(wanted: Plan, folder: Path, runner: Threads | Cluster) -> str:
         [
             f'plan     {wanted.task.name}, {wanted.sample.text}, seed {wanted.seed}',
             *axes,
-            f'points   {wanted.points} in {wanted.chunks} chunks of {wanted.chunk}',
+            f'points   {wanted.points} in {wanted.chunks} chunks of {wanted.chunk}, '
+            f'{_bytes(wanted.chunk_bytes)} of figures each',
             f'time     {_time(wanted, costs, runner)}',
             f'memory   {_bytes(costs.memory)} beside the program; table {_bytes(costs.table)}',
             f'folder   {folder}',

@@ -35,7 +35,7 @@ OUTPUTS = (
     Output('T', '', '|u|/|v| of the fundamentals'),
     Output('phase_deg', 'deg', 'of the top against the base'),
     Output('w_amplitude', '', 'fundamental of w over L20, rad for rotations'),
-    Output('low', '', 'lowest w of the cycle, of the last 32 periods where not settled'),
+    Output('low', '', 'lowest w at step ends of the cycle, or of the last 32 periods'),
     Output('high', '', 'highest'),
     Output('w_end', '', 'w where the base is at its highest'),
     Output('velocity_end', '', 'dw/dτ there'),
