@@ -73,7 +73,8 @@ def line(name: str, what: Plan, kind: str) -> None:
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     rate = what.points / wall
     print(
-        f'{name:34} | {wall:7.2f} s | {used:7.2f} s | {1e6 * wall / what.points:7.3f} µs | {rate:9.0f} | '
+        f'{name:38} | {wall:7.2f} s | {used:7.2f} s | '
+        f'{1e6 * wall / what.points:7.3f} µs | {rate:9.0f} | '
         f'{done.first_s or 0.0:5.2f} s | {memory:6.0f} MB',
         flush=True,
     )
@@ -82,9 +83,8 @@ def line(name: str, what: Plan, kind: str) -> None:
 def main() -> None:
     points = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
     cores = len(os.sched_getaffinity(0))
-    print(
-        f'{points} points, {cores} cores | wall | cores | a point | points/s | first chunk | peak memory'
-    )
+    print(f'{points} points, {cores} cores')
+    print('work | wall | core seconds | a point | points/s | first chunk | peak memory so far')
     for sample in ('grid', 'latin_hypercube'):
         for kind in ('npz', 'parquet'):
             grid = wanted(points, True, sample)

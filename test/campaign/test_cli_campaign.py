@@ -94,25 +94,25 @@ def test_ctrl_c_says_how_to_go_on(plan, tmp_path):
     assert 'the same command goes on from there' in err
 
 
-def test_json_contract(told, tmp_path, monkeypatch):
+def test_json_contract(told, plan, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    common = ('campaign', 'tolerances', '--json', '--set', 'platform.m=60')
+    common = ('campaign', plan, '--json', '--set', 'platform.m=60')
     code, out, err = told(*common)
     document = json.loads(out)
-    assert (code, document['schema'], document['points']) == (0, 'qzs_rig/campaign/1', 1000)
+    assert (code, document['schema'], document['points']) == (0, 'qzs_rig/campaign/1', POINTS)
     assert (document['failed'], document['failures'], document['kept_before']) == (0, {}, 0)
-    assert document['outputs']['stiffness']['numbers'] == 1000
+    assert document['outputs']['stiffness']['numbers'] == POINTS
     assert document['plan']['base']['platform.m'] == 60
     assert {Path(name).name for name in document['files'].values()} == {
         'table.parquet',
         'quick_look.png',
     }
     assert all(Path(name).is_file() for name in document['files'].values())
-    assert 'points   1000 in 16 chunks of 63' in err
+    assert 'points   1500 in 75 chunks of 20' in err
     # the same command finds its folder again
     code, out, _ = told(*common)
     again = json.loads(out)
-    assert (code, again['kept_before'], again['files']) == (0, 1000, document['files'])
+    assert (code, again['kept_before'], again['files']) == (0, POINTS, document['files'])
 
 
 def test_text_tells_spread_speed_and_files(told, plan, tmp_path):
