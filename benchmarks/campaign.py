@@ -61,7 +61,7 @@ def measured(what: Plan, kind: str) -> tuple[Performed, float, float]:
     """The campaign done, and with the summary its wall time and the core seconds used."""
     with tempfile.TemporaryDirectory() as folder:
         began, used = time.perf_counter(), time.process_time()
-        workers = len(os.sched_getaffinity(0))
+        workers = os.cpu_count() or 1
         done = perform(what, Path(folder) / 'out', Threads(workers), kind, lambda points: None)
         summary(done.table)
         return done, time.perf_counter() - began, time.process_time() - used
@@ -82,7 +82,7 @@ def line(name: str, what: Plan, kind: str) -> None:
 
 def main() -> None:
     points = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    cores = len(os.sched_getaffinity(0))
+    cores = os.cpu_count() or 1
     print(f'{points} points, {cores} cores')
     print('work | wall | core seconds | a point | points/s | first chunk | peak memory so far')
     for sample in ('grid', 'latin_hypercube'):

@@ -13,7 +13,7 @@ from qzs_rig.campaign import perform, picture, plan, shipped, table
 from qzs_rig.campaign.cluster import AHEAD as AHEAD_OF_CLUSTER
 from qzs_rig.campaign.cluster import Cluster
 from qzs_rig.campaign.estimate import Expected, expected
-from qzs_rig.campaign.ledger import write_whole
+from qzs_rig.campaign.ledger import TABLES, write_whole
 from qzs_rig.campaign.perform import Performed
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.summary import summary
@@ -114,27 +114,27 @@ def _runner(options: argparse.Namespace) -> Threads | Cluster:
         return Cluster(options.scheduler)
     if options.workers is not None and options.workers < 1:
         raise InputError(f'--workers {options.workers} must be 1 or more')
-    return Threads(options.workers or len(os.sched_getaffinity(0)))
+    return Threads(options.workers or os.cpu_count() or 1)
 
 
 def _performed(
     options: argparse.Namespace, wanted: Plan, folder: Path, runner: Threads | Cluster
 ) -> Performed:
     progress = bar(wanted.points, 'points', wanted.task.name)
-    at = 0
+    at: int | None = None
 
     def show(points: int) -> None:
         nonlocal at
-        if at == 0 and points < wanted.points:
+        if at is None:
             progress.initial = points  # what was found says nothing about the speed
-        progress.update(points - at)
+        progress.update(points - (at or 0))
         at = points
 
     try:
         return perform.perform(wanted, folder, runner, options.format, show)
     except KeyboardInterrupt:
         raise RunAbortedError(
-            f'stopped with {at} of {wanted.points} points kept in {folder}; the same command '
+            f'stopped with {at or 0} of {wanted.points} points kept in {folder}; the same command '
             'goes on from there'
         ) from None
     finally:
@@ -142,7 +142,9 @@ def _performed(
 
 
 def _told(wanted: Plan, folder: Path, runner: Threads | Cluster) -> str:
-    """What will be computed, and what it will take."""
+    """What will be computed, and what it will take; nothing where it is done already."""
+    if any((folder / name).is_file() for name in TABLES):
+        return f'folder   {folder} holds all {wanted.points} points already'
     ahead = AHEAD * runner.workers if isinstance(runner, Threads) else AHEAD_OF_CLUSTER
     costs = expected(wanted, ahead)
     axes = [f'vary     {axis.parameter.name}: {axis.text}' for axis in wanted.sample.axes]

@@ -14,15 +14,16 @@ import numpy as np
 import pytest
 
 import qzs_rig
+from qzs_rig.cli import campaign
 from qzs_rig.cli.main import execute
 
 PLAN = """\
-campaign: {task: statics, chunk: 20}
+campaign: {task: statics, chunk: 10}
 vary:
-  platform.A: {from: 1.0, to: 2.0, count: 50}
-  platform.k3_hat: {from: 0.05, to: 0.5, count: 30}
+  platform.A: {from: 1.0, to: 2.0, count: 40}
+  platform.k3_hat: {from: 0.05, to: 0.5, count: 20}
 """
-POINTS = 1500
+POINTS = 800
 
 
 @pytest.fixture
@@ -73,11 +74,11 @@ def test_killed_in_the_middle_and_resumed_is_as_never_killed(told, plan, tmp_pat
     assert running.wait() == -signal.SIGKILL
     running.stdout.close(), running.stderr.close()
     kept = chunks_of(tmp_path / 'killed')
-    assert 3 <= kept < POINTS / 20
+    assert 3 <= kept < POINTS / 10
     common = ('campaign', plan, '--format', 'npz', '--json')
     code, out, _ = told(*common, '--out', tmp_path / 'killed')
     again = json.loads(out)
-    assert (code, again['kept_before']) == (0, 20 * kept)
+    assert (code, again['kept_before']) == (0, 10 * kept)
     told(*common, '--out', tmp_path / 'whole')
     names = [tmp_path / name / 'table.npz' for name in ('killed', 'whole')]
     assert names[0].read_bytes() == names[1].read_bytes()
@@ -90,7 +91,7 @@ def test_ctrl_c_says_how_to_go_on(plan, tmp_path):
     _, err = running.communicate(timeout=20)
     assert running.returncode == 1
     kept = chunks_of(tmp_path / 'stopped')
-    assert f'stopped with {20 * kept} of 1500 points kept in {tmp_path / "stopped"}' in err
+    assert f'stopped with {10 * kept} of 800 points kept in {tmp_path / "stopped"}' in err
     assert 'the same command goes on from there' in err
 
 
@@ -108,9 +109,10 @@ def test_json_contract(told, plan, tmp_path, monkeypatch):
         'quick_look.png',
     }
     assert all(Path(name).is_file() for name in document['files'].values())
-    assert 'points   1500 in 75 chunks of 20' in err
+    assert 'points   800 in 80 chunks of 10' in err
     # the same command finds its folder again
-    code, out, _ = told(*common)
+    code, out, err = told(*common)
+    assert 'holds all 800 points already' in err
     again = json.loads(out)
     assert (code, again['kept_before'], again['files']) == (0, POINTS, document['files'])
 
@@ -118,20 +120,20 @@ def test_json_contract(told, plan, tmp_path, monkeypatch):
 def test_text_tells_spread_speed_and_files(told, plan, tmp_path):
     code, out, err = told('campaign', plan, '--out', tmp_path / 'out', '--workers', '1')
     assert code == 0
-    for words in ('1500 points, 0 failed', 'stiffness', 'points/s', 'wrote    '):
+    for words in ('800 points, 0 failed', 'stiffness', 'points/s', 'wrote    '):
         assert words in out
-    for words in ('grid of 50 x 30', 'on 1 thread', 'memory ', 'vary     platform.A: 1 … 2'):
+    for words in ('grid of 40 x 20', 'on 1 thread', 'memory ', 'vary     platform.A: 1 … 2'):
         assert words in err
 
 
 def test_a_dry_run_leaves_no_trace(told, plan, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, out, _ = told('campaign', plan, '--dry-run')
-    assert code == 0 and 'points   1500 in 75 chunks' in out and 'a point on one thread' in out
+    assert code == 0 and 'points   800 in 80 chunks' in out and 'a point on one thread' in out
     _, out, _ = told('campaign', plan, '--dry-run', '--scheduler', 'tcp://10.0.0.7:8786')
     assert 'of one core, shared by the cluster at tcp://10.0.0.7:8786' in out
     _, out, err = told('campaign', plan, '--dry-run', '--json')
-    assert json.loads(out)['points'] == 1500 and 'memory' in err
+    assert json.loads(out)['points'] == POINTS and 'memory' in err
     assert list(tmp_path.iterdir()) == [plan]
 
 
@@ -195,3 +197,24 @@ def test_damaged_chunks_are_told(told, plan, tmp_path):
     next((tmp_path / 'out' / 'chunks').glob('[0-9]*.npz')).write_bytes(b'')
     code, _, err = told('campaign', plan, '--out', tmp_path / 'out', '--format', 'npz')
     assert code == 0 and 'caution: 1 damaged chunks were computed again' in err
+
+
+def test_the_bar_starts_where_the_campaign_goes_on(told, plan, tmp_path, monkeypatch):
+    class Bar:
+        initial, n = None, 0
+
+        def update(self, more):
+            self.n += more
+
+        def close(self):
+            pass
+
+    shown = Bar()
+    monkeypatch.setattr(campaign, 'bar', lambda *_: shown)
+    running = start(plan, tmp_path / 'out')
+    wait_for_chunks(tmp_path / 'out', 2)
+    running.kill()
+    running.communicate()
+    kept = chunks_of(tmp_path / 'out')
+    told('campaign', plan, '--out', tmp_path / 'out', '--format', 'npz')
+    assert (shown.initial, shown.n) == (10 * kept, POINTS)
