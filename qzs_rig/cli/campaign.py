@@ -81,6 +81,7 @@ def add_to(verbs: Any) -> None:
     command.add_argument(
         '--format', choices=table.FORMATS, help='of the table (default: parquet with pyarrow)'
     )
+    command.add_argument('--no-picture', action='store_true', help='leave out the quick look')
     shared.assignments(command)
     shared.out(command, 'folder of the campaign (default: campaigns/<plan>_<fingerprint>)')
     shared.as_json(command)
@@ -175,7 +176,7 @@ def _time(wanted: Plan, costs: Expected, runner: Threads | Cluster) -> str:
 def _tell(options: argparse.Namespace, wanted: Plan, done: Performed, name: str) -> int:
     found = summary(done.table)
     files = {'table': str(done.table.path)}
-    look = _picture(wanted, done, name)
+    look = None if options.no_picture else _picture(wanted, done, name)
     if look:
         files['quick_look'] = str(look)
     document = {

@@ -75,7 +75,7 @@ def test_killed_in_the_middle_and_resumed_is_as_never_killed(told, plan, tmp_pat
     running.stdout.close(), running.stderr.close()
     kept = chunks_of(tmp_path / 'killed')
     assert 3 <= kept < POINTS / 10
-    common = ('campaign', plan, '--format', 'npz', '--json')
+    common = ('campaign', plan, '--format', 'npz', '--json', '--no-picture')
     code, out, _ = told(*common, '--out', tmp_path / 'killed')
     again = json.loads(out)
     assert (code, again['kept_before']) == (0, 10 * kept)
@@ -118,7 +118,9 @@ def test_json_contract(told, plan, tmp_path, monkeypatch):
 
 
 def test_text_tells_spread_speed_and_files(told, plan, tmp_path):
-    code, out, err = told('campaign', plan, '--out', tmp_path / 'out', '--workers', '1')
+    common = ('campaign', plan, '--workers', '1', '--no-picture')
+    code, out, err = told(*common, '--out', tmp_path / 'out')
+    assert 'quick_look' not in out
     assert code == 0
     for words in ('800 points, 0 failed', 'stiffness', 'points/s', 'wrote    '):
         assert words in out
@@ -142,7 +144,8 @@ def test_all_points_failed_is_a_finding(told, tmp_path):
     path.write_text(
         'campaign: {task: statics}\nbase: {platform.L1: 0.6}\nvary: {platform.L20: [0.5, 0.6]}\n'
     )
-    code, out, _ = told('campaign', path, '--out', tmp_path / 'out', '--format', 'npz')
+    common = ('campaign', path, '--format', 'npz', '--no-picture')
+    code, out, _ = told(*common, '--out', tmp_path / 'out')
     assert code == 1
     assert '2 points, 2 failed' in out and 'failed   1 points: InputError: platform.L1' in out
     with np.load(tmp_path / 'out' / 'table.npz') as file:
@@ -195,7 +198,8 @@ def test_damaged_chunks_are_told(told, plan, tmp_path):
     running.kill()
     running.communicate()
     next((tmp_path / 'out' / 'chunks').glob('[0-9]*.npz')).write_bytes(b'')
-    code, _, err = told('campaign', plan, '--out', tmp_path / 'out', '--format', 'npz')
+    common = ('campaign', plan, '--format', 'npz', '--no-picture')
+    code, _, err = told(*common, '--out', tmp_path / 'out')
     assert code == 0 and 'caution: 1 damaged chunks were computed again' in err
 
 
@@ -216,5 +220,5 @@ def test_the_bar_starts_where_the_campaign_goes_on(told, plan, tmp_path, monkeyp
     running.kill()
     running.communicate()
     kept = chunks_of(tmp_path / 'out')
-    told('campaign', plan, '--out', tmp_path / 'out', '--format', 'npz')
+    told('campaign', plan, '--out', tmp_path / 'out', '--format', 'npz', '--no-picture')
     assert (shown.initial, shown.n) == (10 * kept, POINTS)
