@@ -37,6 +37,7 @@ setup(
         'rosbags>=0.10,<0.12',
         'zstandard>=0.21,<1',
         'plotly>=5.18,<8',
+        'threadpoolctl>=3.1,<4',
         'tqdm>=4.60,<5',
     ],
     extras_require={

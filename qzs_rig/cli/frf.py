@@ -6,7 +6,6 @@ import argparse
 import math
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 from qzs_rig import scenario
@@ -15,10 +14,12 @@ from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.errors import InputError
+from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import RunSpec
+from qzs_rig.theory.coupled_response import coupled_response
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.theory.response import frequency_response
+from qzs_rig.theory.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.single_term_response import single_term_response
 
 HELD = ('displacement', 'velocity', 'acceleration')
@@ -102,7 +103,8 @@ def add_to(verbs: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Solve, draw, print."""
-    oscillator = oscillator_of(options)
+    spec = spec_of(options)
+    oscillator = oscillator_of(options, spec)
     low, high = omega_range(options.omega)
     if options.single_term:
         answer = frf_told.all_branches(
@@ -111,14 +113,7 @@ def execute(options: argparse.Namespace) -> int:
     else:
         with bar(1.0, 'of the search', 'frequency response') as progress:
             answer = frf_told.all_branches(
-                frequency_response(
-                    oscillator,
-                    low,
-                    high,
-                    harmonics=options.harmonics,
-                    isolas=not options.no_isolas,
-                    progress=_teller(progress),
-                )
+                _response(options, spec, oscillator, (low, high), _teller(progress))
             )
     if options.backbone:
         answer = frf_curves.with_backbone(answer, oscillator, low, high)
@@ -146,20 +141,50 @@ def _teller(progress: Any) -> Callable[[float, str], None]:
     return tell
 
 
-def oscillator_of(options: argparse.Namespace) -> Oscillator:
-    """The oscillator that --law, --dof, --zeta, --amplitude, --held and --set describe."""
+def _response(
+    options: argparse.Namespace,
+    spec: RunSpec,
+    oscillator: Oscillator,
+    omega: tuple[float, float],
+    tell: Callable[[float, str], None],
+) -> FrequencyResponse:
+    if coupled(spec):
+        geometry = Geometry.from_spec(spec)
+        return coupled_response(
+            geometry, oscillator, *omega, harmonics=options.harmonics, progress=tell
+        )
+    return frequency_response(
+        oscillator,
+        *omega,
+        harmonics=options.harmonics,
+        isolas=not options.no_isolas,
+        progress=tell,
+    )
+
+
+def coupled(spec: RunSpec) -> bool:
+    """Do all six degrees of freedom move?"""
+    return spec.text('platform.law') == 'geometric' and spec.flag('platform.coupled')
+
+
+def spec_of(options: argparse.Namespace) -> RunSpec:
+    """The platform that --law, --zeta and --set describe."""
     spec = scenario.of(scenario.assigned(options.assignments))
     if options.law is not None:
         if options.law not in RESTORING:
             raise InputError(f'unknown law {options.law!r}; known: {", ".join(RESTORING)}')
         spec = spec.override({'platform.law': options.law})
+    return spec if options.zeta is None else spec.override({'platform.zeta': options.zeta})
+
+
+def oscillator_of(options: argparse.Namespace, spec: RunSpec) -> Oscillator:
+    """The oscillator that --dof, --amplitude and --held make of a platform."""
     if options.dof not in DOFS:
         raise InputError(f'unknown degree of freedom {options.dof!r}; known: {", ".join(DOFS)}')
     amplitude = options.amplitude
     if amplitude is None:
         amplitude = _paper_amplitude(spec, options.dof)
-    found = Oscillator.of(spec, options.dof, amplitude, HELD.index(options.held))
-    return found if options.zeta is None else replace(found, zeta=options.zeta)
+    return Oscillator.of(spec, options.dof, amplitude, HELD.index(options.held))
 
 
 def omega_range(text: str) -> tuple[float, float]:

@@ -13,12 +13,17 @@ from qzs_rig import __version__
 from qzs_rig.cli import (
     analyze,
     bag,
+    basin,
+    bifurcation,
     campaign,
     claims,
     compare,
     design,
+    figures,
     frf,
+    lyapunov,
     modes,
+    poincare,
     replay,
     rig,
     run,
@@ -31,7 +36,8 @@ from qzs_rig.errors import RigError
 
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
-    *(statics, modes, springs, design, claims, scenarios, frf, campaign),
+    *(statics, modes, springs, design, claims, figures, scenarios),
+    *(frf, bifurcation, poincare, lyapunov, basin, campaign),
 )
 
 EPILOG = """\

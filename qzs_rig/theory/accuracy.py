@@ -15,30 +15,7 @@ from qzs_rig.theory.splitting import ORDER
 from qzs_rig.theory.stroboscope import RETURN, Stroboscope, strobe
 from qzs_rig.timehistory import Array
 
-LADDER = (
-    6,
-    8,
-    10,
-    12,
-    14,
-    16,
-    18,
-    20,
-    24,
-    28,
-    32,
-    40,
-    48,
-    64,
-    80,
-    96,
-    128,
-    160,
-    192,
-    256,
-    384,
-    512,
-)
+LADDER = tuple(round(4.5 * 2.0 ** (k / 4.0)) for k in range(2, 29))
 """Steps a period that are tried."""
 
 COARSER = 0.78
@@ -69,17 +46,21 @@ def strobe_within(
         raise InputError(f'error {error:g}; give what w may be off, for instance 1e-6')
     how: dict[str, Any] = {'periods': periods, 'keep': keep, 'early': early, 'workers': workers}
     how['tolerance'] = min(RETURN, 0.1 * error)
-    # a step that serves one frequency is too long for a much lower one
-    octave = np.round(np.log2(lanes.omega) * 3.0)
     whole: Stroboscope | None = None
-    for group in np.unique(octave):
-        which = np.flatnonzero(octave == group)
-        part = _checked(lanes[which], error, how)
+    for which in alike(lanes):
+        some = _checked(lanes[which], error, how)
         whole = (
-            part if len(which) == len(lanes) else _put(whole or _blank(lanes, part), part, which)
+            some if len(which) == len(lanes) else _put(whole or _blank(lanes, some), some, which)
         )
     assert whole is not None, 'no runs'
     return whole
+
+
+def alike(lanes: Lanes) -> list[NDArray[np.int64]]:
+    """Runs in groups of a third of an octave: a step that serves one frequency is too long for a
+    much lower one."""
+    third = np.round(np.log2(lanes.omega) * 3.0)
+    return [np.flatnonzero(third == group) for group in np.unique(third)]
 
 
 def cheapest_steps(lanes: Lanes, error: float) -> int:
@@ -94,9 +75,9 @@ def cheapest_steps(lanes: Lanes, error: float) -> int:
         if before is not None:
             missed = _missed(before, now)
             if np.nanquantile(np.append(missed, 0.0), 0.75) <= 0.25 * error:
-                return steps
+                return int(steps)
         before = now
-    return LADDER[-1]
+    return int(LADDER[-1])
 
 
 def _checked(lanes: Lanes, error: float, how: Mapping[str, Any]) -> Stroboscope:
@@ -108,7 +89,7 @@ def _checked(lanes: Lanes, error: float, how: Mapping[str, Any]) -> Stroboscope:
     while left.size and steps < 16 * LADDER[-1]:
         steps *= 2
         finer = _run(lanes[left], steps, how)
-        missed = _missed(_part(fine, left), finer)
+        missed = _missed(part(fine, left), finer)
         away = missed * (2.0**ORDER - 1.0)
         helped = away < fine.error[left] * WORTHWHILE
         missed = np.where(helped, missed, away)
@@ -146,7 +127,8 @@ def _blank(lanes: Lanes, like: Stroboscope) -> Stroboscope:
     return replace(like, lanes=lanes, **empty)
 
 
-def _part(whole: Stroboscope, which: NDArray[np.int64]) -> Stroboscope:
+def part(whole: Stroboscope, which: NDArray[np.int64]) -> Stroboscope:
+    """Some of the runs."""
     picked = {name: getattr(whole, name)[which] for name in (*FIELDS, 'steps')}
     return replace(whole, lanes=whole.lanes[which], **picked)
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,7 +124,7 @@ def _stretching(law: RestoringLaw, number: int, shared: bool) -> Callable[..., N
         at = strobing.shared if shared else strobing.each
         force = law.around(fast_rsqrt)[number]
         advance = specialise.compiled(source.advance, {'force': force, 'at': at}, fastmath=FAST)
-        parts = {'advance': advance, 'board': strobing.board, 'take': take}
+        parts: dict[str, Any] = {'advance': advance, 'board': strobing.board, 'take': take}
         return specialise.compiled(source.stretch, parts)
     except ImportError:
         plain = tangent_advancing(law.around(reciprocal(np.sqrt))[number])

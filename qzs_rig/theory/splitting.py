@@ -46,7 +46,7 @@ def kick_weights(steps: int) -> Array:
     return np.append(KICKS[0], inner)
 
 
-def kick_cosines(steps: int) -> Array:
-    """(11 steps + 1,) cos Ωτ at those kicks, the same for every frequency."""
+def kick_cosines(steps: int, phase: float = 0.0) -> Array:
+    """(11 steps + 1,) cos(Ωτ + phase) at those kicks, the same for every frequency."""
     when = np.concatenate([[0.0], np.cumsum(np.tile(DRIFTS, steps))]) / steps
-    return np.asarray(np.cos(2.0 * np.pi * when))
+    return np.asarray(np.cos(2.0 * np.pi * when + phase))

@@ -27,7 +27,7 @@ def sweeping(law: RestoringLaw, number: int, shared: bool) -> Callable[..., None
         'take': source.keep_shared if shared else source.take_own,
         **{
             name: getattr(source, name)
-            for name in ('returned', 'finish', 'board', 'look_back', 'remember', 'lose')
+            for name in ('finish', 'board', 'look_back', 'remember', 'lose')
         },
     }
     try:
@@ -35,7 +35,11 @@ def sweeping(law: RestoringLaw, number: int, shared: bool) -> Callable[..., None
         at = source.shared if shared else source.each
         force = law.around(fast_rsqrt)[number]
         advance = specialise.compiled(source.advance, {'force': force, 'at': at}, fastmath=FAST)
-        return specialise.compiled(source.sweep, {'advance': advance, **parts})
+        apart = specialise.compiled(source.apart, {})
+        returned = specialise.compiled(source.returned, {'apart': apart})
+        return specialise.compiled(
+            source.sweep, {'advance': advance, 'returned': returned, **parts}
+        )
     except ImportError:
         plain = advancing(law.around(reciprocal(np.sqrt))[number])
         return specialise.interpreted(source.sweep, {'advance': plain, **parts})

@@ -18,6 +18,9 @@ LANES = 64
 BACK = 33
 """Periods that are remembered: twice the longest cycle looked for, and one."""
 
+DISTINCT = 100.0
+"""Tolerances by which two points of a cycle differ at least."""
+
 ROUNDING = 1e-12
 """A return as close as this is one, however slow the motion settles."""
 
@@ -91,25 +94,31 @@ def advance(
             high[lane] = max(high[lane], w[lane])
 
 
-def returned(past: Any, slot: int, lane: int, period: int, age: int) -> float:
+def apart(past: Any, lane: int, one: int, other: int, scale: float) -> float:
+    """Distance of two remembered points; `scale` is what makes w' comparable to w."""
+    one, other = one % BACK, other % BACK
+    across = abs(past[0, one, lane] - past[0, other, lane])
+    along = scale * abs(past[1, one, lane] - past[1, other, lane])
+    return float(max(across, along))
+
+
+def returned(
+    past: Any, slot: int, lane: int, period: int, age: int, scale: float, tolerance: float
+) -> float:
     """How far a motion that comes back after `period` may still wander: what is left of it.
 
-    Later returns are taken to shrink as the last ones did. Infinite where they do not.
+    Later returns are taken to shrink as the last ones did. Infinite where they do not, and where
+    the points of a longer cycle are so close that a transient may pass for one.
     """
     lag = period * max(1, 8 // period)
     if age <= lag + period:
         return np.inf
-    near = far = 0.0
-    for row in range(2):
-        now, then = past[row, slot, lane], past[row, (slot - period) % BACK, lane]
-        near = max(near, abs(now - then))
-        now, then = (
-            past[row, (slot - lag) % BACK, lane],
-            past[row, (slot - lag - period) % BACK, lane],
-        )
-        far = max(far, abs(now - then))
+    near = apart(past, lane, slot, slot - period, scale)
     if near <= ROUNDING:
         return 0.0
+    if period > 1 and apart(past, lane, slot, slot - 1, scale) <= DISTINCT * tolerance:
+        return np.inf
+    far = apart(past, lane, slot - lag, slot - lag - period, scale)
     return near * (lag // period) / (1.0 - near / far) if near < far else np.inf
 
 
@@ -248,7 +257,10 @@ def sweep(
                 lose(points[run], figures[run], place)
                 carried[lane], busy = -1, busy - 1
                 continue
-            left = returned(past, slot, lane, period, age[lane]) if period > 0 else np.inf
+            left = np.inf
+            if period > 0:
+                scale = max(1.0, moving[2, lane] / moving[9, lane])
+                left = returned(past, slot, lane, period, age[lane], scale, tolerance)
             if cycle[run] == 0 and left <= tolerance:
                 cycle[run], settled[run] = period, age[lane]
             if age[lane] == periods or (early and cycle[run] > 0):

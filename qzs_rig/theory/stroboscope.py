@@ -68,13 +68,15 @@ def strobe(
     periods: int = 500,
     keep: int = 400,
     early: bool = True,
+    phase: float = 0.0,
     tolerance: float = RETURN,
     workers: int | None = None,
 ) -> Stroboscope:
     """All runs through `periods` in `steps` a period; `keep` = 0 keeps the figures only.
 
     With `early` a run ends where it repeats itself within `tolerance`, and the cycle found stands
-    for the rest. Memory: (2 keep + 16) numbers a run. `workers` threads, by default all cores.
+    for the rest. The runs start, and are seen, where the base's phase is `phase`: 0 at its highest,
+    π at its lowest. Memory: (2 keep + 16) numbers a run. `workers` threads, by default all cores.
     """
     _check(steps, periods, keep)
     n = len(lanes)
@@ -82,12 +84,12 @@ def strobe(
     period, settled = np.zeros(n, dtype=np.int64), np.full(n, periods, dtype=np.int64)
     figures = np.empty((n, 6))
     sweep = sweeping(lanes.law, lanes.number, lanes.shared)
-    phase = 2.0 * np.pi * np.arange(1, steps + 1) / steps
+    turned = 2.0 * np.pi * np.arange(1, steps + 1) / steps + phase
     schedule = (
         splitting.DRIFTS,
         splitting.kick_weights(steps),
-        splitting.kick_cosines(steps),
-        np.ascontiguousarray(np.stack([np.cos(phase), np.sin(phase)], axis=-1)),
+        splitting.kick_cosines(steps, phase),
+        np.ascontiguousarray(np.stack([np.cos(turned), np.sin(turned)], axis=-1)),
     )
     limit = min(lanes.law.domain[lanes.number], FAR)
 

@@ -35,6 +35,7 @@ class RestoringLaw:
     gives (c1, c2, c3) of c1 w + c2 w² + c3 w³ for each degree of freedom. The law holds for
     |w| < `domain`. `weighted`: the source's vertical law carries the payload, F(0) = b; here it is
     taken off.
+    `cubic_only`: the forces are nothing but the cubics of `taylor`.
     """
 
     name: str
@@ -45,6 +46,7 @@ class RestoringLaw:
     taylor: Callable[[Design], Taylor]
     domain: tuple[float, ...] = ANYWHERE
     weighted: bool = True
+    cubic_only: bool = False
 
     def bind(self, sqrt: Root) -> Formulas:
         """The four forces by a square root: math's, numpy's or cmath's."""
