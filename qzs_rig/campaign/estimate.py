@@ -1,4 +1,4 @@
-"""What a campaign will take: timed on its first points, before it starts."""
+"""What a campaign will take: timed on some of its points, before it starts."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from qzs_rig.campaign.sampling import LatinHypercube
 
 ENOUGH = 0.05
 """Seconds of work from which a point's share is known well enough to plan by."""
+SPOTS = 8
+"""Places in the campaign at which points are timed: those at its start may be slow or quick."""
+GROWTH = 8
 
 
 @dataclass(frozen=True)
@@ -27,15 +30,14 @@ class Expected:
 
 def expected(plan: Plan, chunks_under_way: int) -> Expected:
     """Time growing numbers of points, at most one chunk. Compiling is not counted."""
-    count = max(1, plan.chunk // 256)
-    _timed(plan, min(count, plan.points))
-    while True:
-        count = min(count, plan.chunk, plan.points)
+    most = min(plan.chunk, plan.points)
+    count = min(plan.task.block, most)
+    if plan.task.block > 1:
+        _timed(plan, count)  # a kernel is compiled, or taken from the disk
+    took = _timed(plan, count)
+    while took < ENOUGH and count < most:
+        count = min(GROWTH * count, most)
         took = _timed(plan, count)
-        if took > ENOUGH or count in (plan.chunk, plan.points):
-            break
-        # toward enough in one step, but not beyond it where the first points were cheap
-        count = max(2 * count, int(count * min(ENOUGH / max(took, 1e-6), 64.0)))
     row = 8 * (len(plan.varied) + len(plan.task.outputs)) + 4
     held = 8 * plan.points * (1 + _permutations(plan))  # one column at a time in the summary
     return Expected(
@@ -44,9 +46,14 @@ def expected(plan: Plan, chunks_under_way: int) -> Expected:
 
 
 def _timed(plan: Plan, count: int) -> float:
+    """Seconds for `count` points, in equal parts from all over the campaign."""
+    spots = max(1, min(SPOTS, count // plan.task.block))
+    each = np.diff(np.linspace(0, count, spots + 1).astype(int)).tolist()
     began = time.perf_counter()
-    with np.errstate(all='ignore'):
-        plan.task.evaluate(plan.between(0, count), plan.options)
+    for spot, size in enumerate(each):
+        first = (2 * spot + 1) * (plan.points - size) // (2 * spots)
+        with np.errstate(all='ignore'):
+            plan.task.evaluate(plan.between(first, first + size), plan.options)
     return time.perf_counter() - began
 
 

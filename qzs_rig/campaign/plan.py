@@ -26,8 +26,6 @@ SAMPLES = ('grid', 'latin_hypercube')
 MOST_POINTS = 1_000_000_000
 FEW = 16
 """Chunks in which even a small campaign is cut: all cores have work, a crash loses little."""
-BLOCK = 64
-"""Points that a kernel moves together: larger chunks are multiples of it."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +48,11 @@ class Plan:
     def chunks(self) -> int:
         """How many there are; the last may be shorter."""
         return -(-self.points // self.chunk)
+
+    @property
+    def chunk_bytes(self) -> int:
+        """Bytes of figures of a chunk: what a worker sends back, and what a chunk's file holds."""
+        return self.chunk * (8 * len(self.task.outputs) + 4)
 
     @property
     def varied(self) -> tuple[str, ...]:
@@ -141,8 +144,8 @@ def _task(name: Any) -> Task:
 
 def _chunk(task: Task, points: int) -> int:
     """The task's, or less where there are few points; the same wherever the plan is read."""
-    fair = -(-points // FEW)
-    return min(task.chunk, fair if fair <= BLOCK else -(-fair // BLOCK) * BLOCK)
+    blocks = -(-points // (FEW * task.block))
+    return min(task.chunk, blocks * task.block)
 
 
 def _fixed(declared: tuple[Parameter, ...], explicit: Mapping[str, Any], sample: Sample) -> RunSpec:

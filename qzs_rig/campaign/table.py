@@ -25,6 +25,8 @@ from qzs_rig.campaign.plan import Plan
 from qzs_rig.errors import InputError
 
 FORMATS = ('npz', 'parquet')
+GROUP = 65_536
+"""Rows of a Parquet row group, where chunks are smaller."""
 NEVER = (1980, 1, 1, 0, 0, 0)
 """Date of everything in the ZIP file."""
 
@@ -77,7 +79,8 @@ def refuse_missing(kind: str) -> None:
 
 
 def write(ledger: Ledger, kind: str) -> Finished:
-    """The table of a complete ledger; memory holds one chunk of one column (Parquet: one chunk)."""
+    """The table of a complete ledger; memory holds one chunk of one column, or
+    a row group of Parquet."""
     path = ledger.folder / f'table.{kind}'
     partial = path.with_name(f'.{path.name}.partial')
     reasons = _reasons(ledger)
@@ -173,16 +176,17 @@ def _write_parquet(ledger: Ledger, reasons: list[str], path: Path) -> None:
         words = pa.DictionaryArray.from_arrays(made.pop('reason'), pa.array(reasons))
         return [*(pa.array(column) for column in made.values()), words]
 
-    first = arrays(0)
     fields = [
         pa.field(name, array.type, metadata=notes[name])
-        for name, array in zip(columns, first, strict=True)
+        for name, array in zip(columns, arrays(0), strict=True)
     ]
     schema = pa.schema(fields, metadata={'qzs_rig': _line(ledger.plan)})
+    group = max(1, GROUP // ledger.plan.chunk)
     with parquet.ParquetWriter(path, schema, compression='zstd') as writer:
-        for number in range(ledger.plan.chunks):
-            made = first if number == 0 else arrays(number)
-            writer.write_table(pa.Table.from_arrays(made, schema=schema))
+        for start in range(0, ledger.plan.chunks, group):
+            numbers = range(start, min(start + group, ledger.plan.chunks))
+            made = [pa.Table.from_arrays(arrays(number), schema=schema) for number in numbers]
+            writer.write_table(pa.concat_tables(made), row_group_size=2 * GROUP)
 
 
 def _line(plan: Plan) -> str:

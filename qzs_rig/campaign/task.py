@@ -25,7 +25,8 @@ class Task:
     chunks are computed: it depends on the points alone.
 
     `inputs` are what a point has beside the parameters of a run; of each group in `needed` one
-    has to be fixed or varied. `chunk` points take about a second or less.
+    has to be fixed or varied. `chunk` points take about a second or less; a kernel moves `block`
+    of them together.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Task:
     outputs: tuple[Output, ...]
     chunk: int
     evaluate: Callable[[Points, RunSpec], Part]
+    block: int = 1
 
     @property
     def columns(self) -> tuple[str, ...]:

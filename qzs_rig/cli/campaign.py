@@ -13,7 +13,7 @@ from qzs_rig.campaign import perform, picture, plan, shipped, table
 from qzs_rig.campaign.cluster import AHEAD as AHEAD_OF_CLUSTER
 from qzs_rig.campaign.cluster import Cluster
 from qzs_rig.campaign.estimate import Expected, expected
-from qzs_rig.campaign.ledger import write_whole
+from qzs_rig.campaign.ledger import TABLES, write_whole
 from qzs_rig.campaign.perform import Performed
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.summary import summary
@@ -81,6 +81,7 @@ def add_to(verbs: Any) -> None:
     command.add_argument(
         '--format', choices=table.FORMATS, help='of the table (default: parquet with pyarrow)'
     )
+    command.add_argument('--no-picture', action='store_true', help='leave out the quick look')
     shared.assignments(command)
     shared.out(command, 'folder of the campaign (default: campaigns/<plan>_<fingerprint>)')
     shared.as_json(command)
@@ -114,27 +115,27 @@ def _runner(options: argparse.Namespace) -> Threads | Cluster:
         return Cluster(options.scheduler)
     if options.workers is not None and options.workers < 1:
         raise InputError(f'--workers {options.workers} must be 1 or more')
-    return Threads(options.workers or len(os.sched_getaffinity(0)))
+    return Threads(options.workers or os.cpu_count() or 1)
 
 
 def _performed(
     options: argparse.Namespace, wanted: Plan, folder: Path, runner: Threads | Cluster
 ) -> Performed:
     progress = bar(wanted.points, 'points', wanted.task.name)
-    at = 0
+    at: int | None = None
 
     def show(points: int) -> None:
         nonlocal at
-        if at == 0 and points < wanted.points:
+        if at is None:
             progress.initial = points  # what was found says nothing about the speed
-        progress.update(points - at)
+        progress.update(points - (at or 0))
         at = points
 
     try:
         return perform.perform(wanted, folder, runner, options.format, show)
     except KeyboardInterrupt:
         raise RunAbortedError(
-            f'stopped with {at} of {wanted.points} points kept in {folder}; the same command '
+            f'stopped with {at or 0} of {wanted.points} points kept in {folder}; the same command '
             'goes on from there'
         ) from None
     finally:
@@ -142,7 +143,9 @@ def _performed(
 
 
 def _told(wanted: Plan, folder: Path, runner: Threads | Cluster) -> str:
-    """What will be computed, and what it will take."""
+    """What will be computed, and what it will take; nothing where it is done already."""
+    if any((folder / name).is_file() for name in TABLES):
+        return f'folder   {folder} holds all {wanted.points} points already'
     ahead = AHEAD * runner.workers if isinstance(runner, Threads) else AHEAD_OF_CLUSTER
     costs = expected(wanted, ahead)
     axes = [f'vary     {axis.parameter.name}: {axis.text}' for axis in wanted.sample.axes]
@@ -150,7 +153,8 @@ def _told(wanted: Plan, folder: Path, runner: Threads | Cluster) -> str:
         [
             f'plan     {wanted.task.name}, {wanted.sample.text}, seed {wanted.seed}',
             *axes,
-            f'points   {wanted.points} in {wanted.chunks} chunks of {wanted.chunk}',
+            f'points   {wanted.points} in {wanted.chunks} chunks of {wanted.chunk}, '
+            f'{_bytes(wanted.chunk_bytes)} of figures each',
             f'time     {_time(wanted, costs, runner)}',
             f'memory   {_bytes(costs.memory)} beside the program; table {_bytes(costs.table)}',
             f'folder   {folder}',
@@ -172,7 +176,7 @@ def _time(wanted: Plan, costs: Expected, runner: Threads | Cluster) -> str:
 def _tell(options: argparse.Namespace, wanted: Plan, done: Performed, name: str) -> int:
     found = summary(done.table)
     files = {'table': str(done.table.path)}
-    look = _picture(wanted, done, name)
+    look = None if options.no_picture else _picture(wanted, done, name)
     if look:
         files['quick_look'] = str(look)
     document = {

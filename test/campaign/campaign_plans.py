@@ -7,11 +7,11 @@ from typing import Any
 from qzs_rig.campaign import plan
 
 
-def statics(chunk: int = 10, vary: dict[str, Any] | None = None, **head: Any) -> plan.Plan:
+def statics(chunk: int | None = 10, vary: dict[str, Any] | None = None, **head: Any) -> plan.Plan:
     """62 points over two axes; at the end of the first axis the springs would not incline."""
     return plan.of(
         {
-            'campaign': {'task': 'statics', 'chunk': chunk, **head},
+            'campaign': {'task': 'statics', **({'chunk': chunk} if chunk else {}), **head},
             'base': {'platform.law': 'corrected'},
             'vary': vary
             or {

@@ -14,15 +14,16 @@ import numpy as np
 import pytest
 
 import qzs_rig
+from qzs_rig.cli import campaign
 from qzs_rig.cli.main import execute
 
 PLAN = """\
-campaign: {task: statics, chunk: 20}
+campaign: {task: statics, chunk: 10}
 vary:
-  platform.A: {from: 1.0, to: 2.0, count: 50}
-  platform.k3_hat: {from: 0.05, to: 0.5, count: 30}
+  platform.A: {from: 1.0, to: 2.0, count: 40}
+  platform.k3_hat: {from: 0.05, to: 0.5, count: 20}
 """
-POINTS = 1500
+POINTS = 800
 
 
 @pytest.fixture
@@ -73,11 +74,11 @@ def test_killed_in_the_middle_and_resumed_is_as_never_killed(told, plan, tmp_pat
     assert running.wait() == -signal.SIGKILL
     running.stdout.close(), running.stderr.close()
     kept = chunks_of(tmp_path / 'killed')
-    assert 3 <= kept < POINTS / 20
-    common = ('campaign', plan, '--format', 'npz', '--json')
+    assert 3 <= kept < POINTS / 10
+    common = ('campaign', plan, '--format', 'npz', '--json', '--no-picture')
     code, out, _ = told(*common, '--out', tmp_path / 'killed')
     again = json.loads(out)
-    assert (code, again['kept_before']) == (0, 20 * kept)
+    assert (code, again['kept_before']) == (0, 10 * kept)
     told(*common, '--out', tmp_path / 'whole')
     names = [tmp_path / name / 'table.npz' for name in ('killed', 'whole')]
     assert names[0].read_bytes() == names[1].read_bytes()
@@ -90,48 +91,51 @@ def test_ctrl_c_says_how_to_go_on(plan, tmp_path):
     _, err = running.communicate(timeout=20)
     assert running.returncode == 1
     kept = chunks_of(tmp_path / 'stopped')
-    assert f'stopped with {20 * kept} of 1500 points kept in {tmp_path / "stopped"}' in err
+    assert f'stopped with {10 * kept} of 800 points kept in {tmp_path / "stopped"}' in err
     assert 'the same command goes on from there' in err
 
 
-def test_json_contract(told, tmp_path, monkeypatch):
+def test_json_contract(told, plan, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    common = ('campaign', 'tolerances', '--json', '--set', 'platform.m=60')
+    common = ('campaign', plan, '--json', '--set', 'platform.m=60')
     code, out, err = told(*common)
     document = json.loads(out)
-    assert (code, document['schema'], document['points']) == (0, 'qzs_rig/campaign/1', 1000)
+    assert (code, document['schema'], document['points']) == (0, 'qzs_rig/campaign/1', POINTS)
     assert (document['failed'], document['failures'], document['kept_before']) == (0, {}, 0)
-    assert document['outputs']['stiffness']['numbers'] == 1000
+    assert document['outputs']['stiffness']['numbers'] == POINTS
     assert document['plan']['base']['platform.m'] == 60
     assert {Path(name).name for name in document['files'].values()} == {
         'table.parquet',
         'quick_look.png',
     }
     assert all(Path(name).is_file() for name in document['files'].values())
-    assert 'points   1000 in 16 chunks of 63' in err
+    assert 'points   800 in 80 chunks of 10' in err
     # the same command finds its folder again
-    code, out, _ = told(*common)
+    code, out, err = told(*common)
+    assert 'holds all 800 points already' in err
     again = json.loads(out)
-    assert (code, again['kept_before'], again['files']) == (0, 1000, document['files'])
+    assert (code, again['kept_before'], again['files']) == (0, POINTS, document['files'])
 
 
 def test_text_tells_spread_speed_and_files(told, plan, tmp_path):
-    code, out, err = told('campaign', plan, '--out', tmp_path / 'out', '--workers', '1')
+    common = ('campaign', plan, '--workers', '1', '--no-picture')
+    code, out, err = told(*common, '--out', tmp_path / 'out')
+    assert 'quick_look' not in out
     assert code == 0
-    for words in ('1500 points, 0 failed', 'stiffness', 'points/s', 'wrote    '):
+    for words in ('800 points, 0 failed', 'stiffness', 'points/s', 'wrote    '):
         assert words in out
-    for words in ('grid of 50 x 30', 'on 1 thread', 'memory ', 'vary     platform.A: 1 … 2'):
+    for words in ('grid of 40 x 20', 'on 1 thread', 'memory ', 'vary     platform.A: 1 … 2'):
         assert words in err
 
 
 def test_a_dry_run_leaves_no_trace(told, plan, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, out, _ = told('campaign', plan, '--dry-run')
-    assert code == 0 and 'points   1500 in 75 chunks' in out and 'a point on one thread' in out
+    assert code == 0 and 'points   800 in 80 chunks' in out and 'a point on one thread' in out
     _, out, _ = told('campaign', plan, '--dry-run', '--scheduler', 'tcp://10.0.0.7:8786')
     assert 'of one core, shared by the cluster at tcp://10.0.0.7:8786' in out
     _, out, err = told('campaign', plan, '--dry-run', '--json')
-    assert json.loads(out)['points'] == 1500 and 'memory' in err
+    assert json.loads(out)['points'] == POINTS and 'memory' in err
     assert list(tmp_path.iterdir()) == [plan]
 
 
@@ -140,7 +144,8 @@ def test_all_points_failed_is_a_finding(told, tmp_path):
     path.write_text(
         'campaign: {task: statics}\nbase: {platform.L1: 0.6}\nvary: {platform.L20: [0.5, 0.6]}\n'
     )
-    code, out, _ = told('campaign', path, '--out', tmp_path / 'out', '--format', 'npz')
+    common = ('campaign', path, '--format', 'npz', '--no-picture')
+    code, out, _ = told(*common, '--out', tmp_path / 'out')
     assert code == 1
     assert '2 points, 2 failed' in out and 'failed   1 points: InputError: platform.L1' in out
     with np.load(tmp_path / 'out' / 'table.npz') as file:
@@ -193,5 +198,27 @@ def test_damaged_chunks_are_told(told, plan, tmp_path):
     running.kill()
     running.communicate()
     next((tmp_path / 'out' / 'chunks').glob('[0-9]*.npz')).write_bytes(b'')
-    code, _, err = told('campaign', plan, '--out', tmp_path / 'out', '--format', 'npz')
+    common = ('campaign', plan, '--format', 'npz', '--no-picture')
+    code, _, err = told(*common, '--out', tmp_path / 'out')
     assert code == 0 and 'caution: 1 damaged chunks were computed again' in err
+
+
+def test_the_bar_starts_where_the_campaign_goes_on(told, plan, tmp_path, monkeypatch):
+    class Bar:
+        initial, n = None, 0
+
+        def update(self, more):
+            self.n += more
+
+        def close(self):
+            pass
+
+    shown = Bar()
+    monkeypatch.setattr(campaign, 'bar', lambda *_: shown)
+    running = start(plan, tmp_path / 'out')
+    wait_for_chunks(tmp_path / 'out', 2)
+    running.kill()
+    running.communicate()
+    kept = chunks_of(tmp_path / 'out')
+    told('campaign', plan, '--out', tmp_path / 'out', '--format', 'npz', '--no-picture')
+    assert (shown.initial, shown.n) == (10 * kept, POINTS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from qzs_rig.campaign.task import Task
-from qzs_rig.campaign.tasks import design, frf, run, single_term, statics, strobe
+from qzs_rig.campaign.tasks import design, frf, lyapunov, run, single_term, statics, strobe
 
 TASKS: dict[str, Task] = {
     task.name: task
@@ -12,6 +12,7 @@ TASKS: dict[str, Task] = {
         single_term.TASK,
         frf.TASK,
         strobe.TASK,
+        lyapunov.TASK,
         run.TASK,
         design.TASK,
     )

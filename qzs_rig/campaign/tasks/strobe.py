@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.campaign.bank import (
-    AMPLITUDE_NEEDED,
-    FREQUENCY,
-    FREQUENCY_NEEDED,
-    MOTION,
-    Bank,
-    banks,
-    omegas,
-)
 from qzs_rig.campaign.part import Harvest, Part
 from qzs_rig.campaign.points import Points
+from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
 from qzs_rig.campaign.task import Output, Task
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.theory.accuracy import strobe_within
 from qzs_rig.theory.lanes import Lanes
-from qzs_rig.theory.stroboscope import RETURN, strobe
+from qzs_rig.theory.strobe_kernel import LANES
+from qzs_rig.theory.stroboscope import Stroboscope, strobe
 
-START = (
-    Parameter('w', float, 0.0, '', 'relative motion over L20 (rad) where the run starts'),
-    Parameter('velocity', float, 0.0, '', 'its slope dw/dτ there'),
-)
 OPTIONS = (
     Parameter('periods', int, 500, '', 'periods of the base, at most', 1),
-    Parameter('steps', int, 24, '', 'integration steps a period', 1),
     Parameter('early', bool, True, '', 'end a run where it repeats itself'),
+    *STEPS,
     Parameter(
-        'tolerance', float, RETURN, '', 'transient left where a run repeats itself', 0.0, above=True
+        'checked',
+        bool,
+        False,
+        '',
+        'do every run twice to tell its error, and again where it exceeds `error`',
     ),
 )
 OUTPUTS = (
@@ -38,74 +34,61 @@ OUTPUTS = (
     Output('settled', '', 'periods until that was found'),
     Output('T', '', '|u|/|v| of the fundamentals'),
     Output('phase_deg', 'deg', 'of the top against the base'),
-    Output('amplitude', '', 'fundamental of w over L20, rad for rotations'),
-    Output('low', '', 'lowest w of the cycle, of the last 32 periods where not settled'),
+    Output('w_amplitude', '', 'fundamental of w over L20, rad for rotations'),
+    Output('low', '', 'lowest w at step ends of the cycle, or of the last 32 periods'),
     Output('high', '', 'highest'),
     Output('w_end', '', 'w where the base is at its highest'),
     Output('velocity_end', '', 'dw/dτ there'),
+    Output('steps', '', 'steps a period'),
+    Output('error', '', 'of w, where checked'),
 )
-LOST = "the motion left the law's domain"
 
 
 def evaluate(points: Points, options: RunSpec) -> Part:
-    """All points of one law and motion side by side, on this thread."""
+    """Runs side by side, on this thread."""
     harvest = Harvest(TASK.columns, len(points))
-    for bank in banks(points, harvest):
-        _run(lanes(points, bank), bank.rows, options, harvest)
+    for rows, runs in groups(points, harvest):
+        seen = _seen(runs, options)
+        good = seen.period >= 0
+        harvest.put(rows[good], {name: column[good] for name, column in _columns(seen).items()})
+        harvest.fail(rows[~good], LOST)
     return harvest.part()
 
 
-def lanes(points: Points, bank: Bank) -> Lanes:
-    """The bank's runs."""
-    same = (bank.ratios == bank.ratios[:, :1]).all()
-    return Lanes(
-        law=bank.law,
-        dof=bank.dof,
-        falloff=0,
-        design=bank.ratios[:, 0].copy() if same else bank.ratios,
-        zeta=bank.zeta,
-        amplitude=bank.amplitude,
-        omega=omegas(points, bank),
-        load=bank.load,
-        w=points.number('w')[bank.rows],
-        velocity=points.number('velocity')[bank.rows],
-    )
+def _seen(runs: Lanes, options: RunSpec) -> Stroboscope:
+    periods, early = options.count('periods'), options.flag('early')
+    if options.flag('checked'):
+        error = options.number('error')
+        return strobe_within(runs, error, periods=periods, keep=0, early=early, workers=1)
+    steps = steps_of(runs, options)
+    return strobe(runs, steps=steps, periods=periods, keep=0, early=early, workers=1)
 
 
-def _run(runs: Lanes, rows: NDArray[np.int64], options: RunSpec, harvest: Harvest) -> None:
-    seen = strobe(
-        runs,
-        steps=options.count('steps'),
-        periods=options.count('periods'),
-        keep=0,
-        early=options.flag('early'),
-        tolerance=options.number('tolerance'),
-        workers=1,
-    )
+def _columns(seen: Stroboscope) -> dict[str, NDArray[Any]]:
     ratio = seen.transmissibility
-    good = seen.period >= 0
-    columns = (
-        seen.period,
-        seen.settled,
-        np.abs(ratio),
-        np.degrees(np.angle(ratio)),
-        np.abs(seen.fundamental),
-        seen.low,
-        seen.high,
-        *seen.end.T,
-    )
-    values = {o.name: c[good] for o, c in zip(OUTPUTS, columns, strict=True)}
-    harvest.put(rows[good], values)
-    harvest.fail(rows[~good], LOST)
+    return {
+        'period': seen.period,
+        'settled': seen.settled,
+        'T': np.abs(ratio),
+        'phase_deg': np.degrees(np.angle(ratio)),
+        'w_amplitude': np.abs(seen.fundamental),
+        'low': seen.low,
+        'high': seen.high,
+        'w_end': seen.end[:, 0],
+        'velocity_end': seen.end[:, 1],
+        'steps': np.broadcast_to(seen.steps, len(seen.period)),
+        'error': seen.error,
+    }
 
 
 TASK = Task(
     name='strobe',
     text='time integration: what the motion settles to, seen once a period',
-    inputs=(*MOTION, *FREQUENCY, *START),
-    needed=(AMPLITUDE_NEEDED, FREQUENCY_NEEDED),
+    inputs=INPUTS,
+    needed=NEEDED,
     options=OPTIONS,
     outputs=OUTPUTS,
     chunk=16384,
     evaluate=evaluate,
+    block=LANES,
 )
