@@ -48,8 +48,8 @@ EXAMPLE = Oscillator(DUFFING, 'vertical', PAPER_DESIGN, DAMPING / 2, DRIVE, fall
 
 CURVES = {
     'duffing, NLvib example 01': (EXAMPLE, LOW, HIGH),
-    'taylor vertical, H 0.075': (
-        oscillator('taylor', 'vertical', PAPER_DESIGN, 0.07, 0.075), 0.1, 2,
+    'taylor vertical, H 0.078': (
+        oscillator('taylor', 'vertical', PAPER_DESIGN, 0.07, 0.078), 0.1, 2,
     ),
     'closed_form vertical, H 0.1': (
         oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
@@ -108,7 +108,9 @@ def by_mousai(harmonics: int, points: int) -> int:
         push = DRIVE * math.cos(params['omega'] * params['cur_time'])
         return np.array([[push - x - CUBIC * x**3 - DAMPING * v]])
 
-    x, done = np.zeros((1, 2 * harmonics + 1)), 0
+    first = np.zeros((1, 2 * harmonics + 1))
+    first[0] = DRIVE / (1 - HIGH**2) * np.cos(2 * np.pi * np.arange(first.size) / first.size)
+    x, done = first, 0
     with contextlib.redirect_stdout(io.StringIO()):
         for omega in np.linspace(HIGH, LOW, points):
             # anything may come out of scipy's Krylov solver near a fold; such points cost nothing

@@ -106,6 +106,8 @@ def execute(options: argparse.Namespace) -> int:
     spec = spec_of(options)
     oscillator = oscillator_of(options, spec)
     low, high = omega_range(options.omega)
+    if options.harmonics is not None and options.harmonics < 1:
+        raise InputError(f'--harmonics {options.harmonics}: give 1 or more, or leave it out')
     if options.single_term:
         answer = frf_told.all_branches(
             single_term_response(oscillator, low, high), 'single term, Eq (29)'
@@ -115,6 +117,8 @@ def execute(options: argparse.Namespace) -> int:
             answer = frf_told.all_branches(
                 _response(options, spec, oscillator, (low, high), _teller(progress))
             )
+    six = coupled(spec) and not options.single_term
+    answer.document['degrees_of_freedom'] = 6 if six else 1
     if options.backbone:
         answer = frf_curves.with_backbone(answer, oscillator, low, high)
     if options.jump_map:

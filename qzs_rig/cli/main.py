@@ -21,6 +21,7 @@ from qzs_rig.cli import (
     design,
     figures,
     frf,
+    identify,
     lyapunov,
     modes,
     poincare,
@@ -37,7 +38,7 @@ from qzs_rig.errors import RigError
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
     *(statics, modes, springs, design, claims, figures, scenarios),
-    *(frf, bifurcation, poincare, lyapunov, basin, campaign),
+    *(frf, bifurcation, poincare, lyapunov, basin, identify, campaign),
 )
 
 EPILOG = """\

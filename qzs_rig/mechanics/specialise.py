@@ -27,16 +27,24 @@ def compiled(
     *,
     fastmath: bool | set[str] = False,
     signature: Any = None,
+    allocates: bool = True,
 ) -> Function:
     """What `interpreted` gives, compiled by numba with the formulas inlined, and kept on disk.
 
     The file that keeps it is named after what the formulas compute, so an edited formula is
     compiled anew. A formula may be compiled already. With a `signature` it is compiled at once and
-    may itself be an argument of compiled code. Raises ImportError where numba is missing.
+    may itself be an argument of compiled code. Where nothing `allocates`, references to arrays need
+    no counting, which costs small kernels a fifth of their time. Raises ImportError where numba is
+    missing.
     """
     from numba import njit
 
-    how: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'fastmath': fastmath}
+    how: dict[str, Any] = {
+        'nogil': True,
+        'error_model': 'numpy',
+        'fastmath': fastmath,
+        '_nrt': allocates,
+    }
     # only compiled code calls the formulas: leave out the doors for others, half of the work
     closed = {**how, 'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
     inner: dict[str, Function] = {}
@@ -46,7 +54,7 @@ def compiled(
     told = ''.join(name + fingerprint(formula) for name, formula in formulas.items())
     # a set of words has another order in every process
     manner = sorted(fastmath) if isinstance(fastmath, set) else fastmath
-    stamp = hashlib.sha256(f'{told}{manner}'.encode()).hexdigest()[:16]
+    stamp = hashlib.sha256(f'{told}{manner}{allocates}'.encode()).hexdigest()[:16]
     named = _bound(template, inner, f'{template.__name__}_{stamp}')
     kernel: Function = njit(signature, cache=True, **how)(named)
     return kernel

@@ -23,7 +23,7 @@ class Motion(NamedTuple):
     load: float
     zeta: float
     amplitude: float
-    power: float
+    power: int
     domain: float
 
 
@@ -53,27 +53,18 @@ class Scratch(NamedTuple):
 def balance(sample: Any, motion: Any, scratch: Any, level: int, y: Any) -> float:
     """Fill `rest` with what y leaves unbalanced; its norm over the forces, NaN where y is off the
     domain of the law or Ω runs away."""
-    waves, w, f, rest = scratch.waves, scratch.w, scratch.f, scratch.rest
+    w, f, rest = scratch.w, scratch.f, scratch.rest
     n, count = len(y) - 1, scratch.coarsest << level
     first, omega = count - scratch.coarsest, y[n]
     if not 0.0 < omega < 1e6:
         return math.nan
-    for j in range(count):
-        w[j] = y[0]
-    for c in range(1, n):
-        x, wave = y[c], waves[c]
-        for j in range(count):
-            w[j] += x * wave[first + j]
+    synthesise(scratch, first, count, y)
     for j in range(count):
         # also true for NaN
         if not abs(w[j]) < motion.domain:
             return math.nan
     sample(motion.numbers, motion.load, count, w, f, scratch.k)
-    for c in range(n):
-        total, wave = 0.0, waves[c]
-        for j in range(count):
-            total += f[j] * wave[first + j]
-        rest[c] = 2.0 * total / count
+    analyse(scratch, f, first, count, rest, n, 2.0 / count)
     rest[0] *= 0.5
     rest[n] = 0.0
     for c in range(1, n, 2):
@@ -81,7 +72,7 @@ def balance(sample: Any, motion: Any, scratch: Any, level: int, y: Any) -> float
         square, damping = rate * rate, 2.0 * motion.zeta * rate
         rest[c] += damping * y[c + 1] - square * y[c]
         rest[c + 1] -= square * y[c + 1] + damping * y[c]
-    rest[1] -= motion.amplitude * omega**motion.power
+    rest[1] -= drive(motion, omega)
     size = 0.0
     for c in range(n):
         size += rest[c] * rest[c]
@@ -92,7 +83,43 @@ def forces(motion: Any, y: Any) -> float:
     """What the parts of a balance are as large as: drive and inertia of the fundamental."""
     omega = y[len(y) - 1]
     inertia = omega * omega * (abs(y[1]) + abs(y[2]))
-    return float(motion.amplitude * omega**motion.power + inertia)
+    return float(drive(motion, omega) + inertia)
+
+
+def drive(motion: Any, omega: float) -> float:
+    """Amplitude of the right-hand side."""
+    push = motion.amplitude
+    for _ in range(motion.power):
+        push *= omega
+    return float(push)
+
+
+def synthesise(scratch: Any, first: int, count: int, y: Any) -> None:
+    """Fill w with `count` samples of the motion, the waves' columns from `first` on."""
+    w = scratch.w
+    for j in range(count):
+        w[j] = y[0]
+    # by pairs: as fast as it gets without knowing how many there are
+    for c in range(1, len(y) - 1, 2):
+        x, z, cos, sin = y[c], y[c + 1], scratch.waves[c], scratch.waves[c + 1]
+        for j in range(count):
+            w[j] += x * cos[first + j] + z * sin[first + j]
+
+
+def analyse(
+    scratch: Any, values: Any, first: int, count: int, out: Any, n: int, scale: float
+) -> None:
+    """Fill the first n of `out`, an odd number, with `scale` times the sums over the waves."""
+    mean = 0.0
+    for j in range(count):
+        mean += values[j]
+    out[0] = scale * mean
+    for c in range(1, n, 2):
+        even, odd, cos, sin = 0.0, 0.0, scratch.waves[c], scratch.waves[c + 1]
+        for j in range(count):
+            even += values[j] * cos[first + j]
+            odd += values[j] * sin[first + j]
+        out[c], out[c + 1] = scale * even, scale * odd
 
 
 def slope(motion: Any, scratch: Any, level: int, y: Any) -> None:
@@ -104,11 +131,7 @@ def slope(motion: Any, scratch: Any, level: int, y: Any) -> None:
     kappa, rows, k = scratch.kappa, scratch.rows, scratch.k
     n, count = len(y) - 1, scratch.coarsest << level
     first, omega = count - scratch.coarsest, y[n]
-    for m in range(2 * n - 1):
-        total, wave = 0.0, scratch.waves[m]
-        for j in range(count):
-            total += k[j] * wave[first + j]
-        kappa[m] = total / count
+    analyse(scratch, k, first, count, kappa, 2 * n - 1, 1.0 / count)
     rows[0][n] = 0.0
     for q in range(n):
         rows[0][q] = kappa[q]
@@ -136,7 +159,7 @@ def slope(motion: Any, scratch: Any, level: int, y: Any) -> None:
         sin[p] -= damping
         cos[n] = drag * y[p + 1] - turn * rate * y[p]
         sin[n] = -turn * rate * y[p + 1] - drag * y[p]
-    rows[1][n] -= motion.amplitude * motion.power * omega ** (motion.power - 1.0)
+    rows[1][n] -= motion.power * drive(motion, omega) / omega
 
 
 def correct(sample: Any, motion: Any, scratch: Any, level: int, renew: bool, y: Any) -> int:
@@ -157,23 +180,27 @@ def correct(sample: Any, motion: Any, scratch: Any, level: int, renew: bool, y: 
         if size > 0.05 * before or before == math.inf:
             slope(motion, scratch, level, y)
             eliminate(scratch.rows, scratch.order)
-        before = size
+        rate, before = size / before, size
         substitute(scratch.rows, scratch.order, scratch.rest)
         for c in range(len(y)):
             y[c] -= scratch.rest[c]
+        # the next balance would say so: the same factors contract at the same rate
+        if 10.0 * size * rate <= 1e-12 and 0.0 < rate < 0.05 and not renew:
+            return BALANCED
     return STALLED
 
 
 def aliasing(motion: Any, scratch: Any, level: int, y: Any) -> float:
-    """By how much the last `balance` would differ with every other sample, over the forces."""
+    """By how much the last `balance` would differ with every other sample, over the forces.
+    Leaves every other sign of f turned."""
     f, n, count = scratch.f, len(y) - 1, scratch.coarsest << level
     first, square = count - scratch.coarsest, 0.0
+    for j in range(1, count, 2):
+        f[j] = -f[j]
+    analyse(scratch, f, first, count, scratch.kappa, n, 2.0 / count)
     for c in range(n):
-        total, wave = 0.0, scratch.waves[c]
-        for j in range(0, count, 2):
-            total += f[j] * wave[first + j] - f[j + 1] * wave[first + j + 1]
-        square += total * total
-    return float(2.0 * math.sqrt(square) / count / forces(motion, y))
+        square += scratch.kappa[c] * scratch.kappa[c]
+    return float(math.sqrt(square) / forces(motion, y))
 
 
 def hold(scratch: Any, y: Any, omega: float) -> None:

@@ -25,13 +25,18 @@ class Equations(Protocol):
 
 @dataclass(frozen=True)
 class Steps:
-    """How a path is walked: lengths of a step, and the angle in rad its direction may turn by."""
+    """How a path is walked: lengths of a step, and the angle in rad its direction may turn by.
+
+    A step whose end lies on the other side (see Point) has jumped onto another path and is taken
+    again, shorter; only below `crossing` it is believed to have passed a point where paths cross.
+    """
 
     first: float = 0.02
     largest: float = 0.08
     smallest: float = 1e-7
     turn: float = 0.2
     most: int = 4000
+    crossing: float = 1e-4
     tolerance: float = 1e-10
 
 
@@ -39,13 +44,15 @@ class Steps:
 class Point:
     """A solution x (n,) at p, and the unit tangent of its path: x part (n,) over `size`, then p.
 
-    `size` is what x is measured by around here.
+    `size` is what x is measured by around here. `side` is the sign of the determinant of the slope
+    with the tangent below it: the same all along a path that crosses no other.
     """
 
     x: Array
     p: float
     tangent: Array
     size: float
+    side: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -80,20 +87,24 @@ def solve(
 def start(equations: Equations, x: Array, p: float, direction: float) -> Point:
     """The point of a solution, its tangent heading where p grows (`direction` > 0) or falls."""
     size = float(np.linalg.norm(x)) or 1.0
-    ahead = np.zeros(len(x) + 1)
-    ahead[-1] = math.copysign(1.0, direction)
-    return Point(x, p, tangent(equations, x, p, size, ahead), size)
+    _, jacobian, slope = _quiet(equations, x, p)
+    # the path may run at one p: what the slopes leave out, not what p asks for
+    ahead = np.linalg.svd(np.column_stack([jacobian * size, slope]))[2][-1]
+    sign = ahead[-1] if abs(ahead[-1]) > 1e-9 else 1.0
+    return located(equations, x, p, size, math.copysign(1.0, sign * direction) * ahead)
 
 
-def tangent(equations: Equations, x: Array, p: float, size: float, like: Array) -> Array:
-    """Unit tangent at a solution, on the side of `like`."""
+def located(equations: Equations, x: Array, p: float, size: float, like: Array) -> Point:
+    """The point of a solution, its tangent in the half space of `like`."""
     _, jacobian, slope = _quiet(equations, x, p)
     right = np.zeros(len(x) + 1)
     right[-1] = 1.0
-    found = _solved(_bordered(jacobian, slope, size, like), right)
+    matrix = _bordered(jacobian, slope, size, like)
+    found = _solved(matrix, right)
     if found is None:
-        return like
-    return np.asarray(found / np.linalg.norm(found))
+        return Point(x, p, like, size)
+    along = np.asarray(found / np.linalg.norm(found))
+    return Point(x, p, along, size, float(np.linalg.slogdet(matrix)[0]))
 
 
 def correct(
@@ -162,7 +173,7 @@ def between(
     found = correct(equations, guess, p, plane, here.size, tolerance)
     if found is None:
         return None
-    return Point(*found[:2], tangent(equations, *found[:2], here.size, plane), here.size)
+    return located(equations, *found[:2], here.size, plane)
 
 
 def _step(equations: Equations, here: Point, h: float, steps: Steps) -> tuple[Point | None, float]:
@@ -172,12 +183,12 @@ def _step(equations: Equations, here: Point, h: float, steps: Steps) -> tuple[Po
         found = correct(equations, guess, p, here.tangent, here.size, steps.tolerance)
         if found is not None:
             x, p, iterations = found
-            along = tangent(equations, x, p, here.size, here.tangent)
-            angle = math.acos(min(1.0, float(along @ here.tangent)))
-            if angle < 2 * steps.turn:
+            ahead = located(equations, x, p, here.size, here.tangent)
+            angle = math.acos(min(1.0, float(ahead.tangent @ here.tangent)))
+            jumped = ahead.side != here.side and h > steps.crossing
+            if angle < 2 * steps.turn and not jumped:
                 grow = min(steps.turn / max(angle, 1e-3), 3.0 / iterations, 2.0)
-                ahead = _measured(replace(here, x=x, p=p, tangent=along))
-                return ahead, min(h * max(0.3, grow), steps.largest)
+                return _measured(ahead), min(h * max(0.3, grow), steps.largest)
         h *= 0.5
     return None, h
 
@@ -186,7 +197,7 @@ def _measured(point: Point) -> Point:
     """The point with `size` that of its own x."""
     size = float(np.linalg.norm(point.x)) or point.size
     along = np.append(point.tangent[:-1] * (point.size / size), point.tangent[-1])
-    return Point(point.x, point.p, along / np.linalg.norm(along), size)
+    return replace(point, tangent=along / np.linalg.norm(along), size=size)
 
 
 def _passed(home: Point, here: Point, ahead: Point) -> bool:
@@ -207,9 +218,7 @@ def _at_bound(
     x = solve(equations, here.x + share * (ahead.x - here.x), bound, steps.tolerance)
     if x is None:
         return None
-    return _measured(
-        Point(x, bound, tangent(equations, x, bound, here.size, here.tangent), here.size)
-    )
+    return _measured(located(equations, x, bound, here.size, here.tangent))
 
 
 def _bordered(jacobian: Array, slope: Array, size: float, plane: Array) -> Array:

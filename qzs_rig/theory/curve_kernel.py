@@ -24,15 +24,20 @@ SUMS: set[str] = {'reassoc', 'contract'}
 CORRECT = (
     elimination.eliminate,
     elimination.substitute,
+    balancing.drive,
     balancing.forces,
+    balancing.synthesise,
+    balancing.analyse,
     balancing.balance,
     balancing.slope,
 )
-SETTLE = (settling.acceleration, settling.advance)
+SETTLE = (balancing.drive, balancing.analyse, settling.acceleration, settling.advance)
 FOLLOW = (
     elimination.orientation,
     elimination.substitute,
+    balancing.drive,
     balancing.forces,
+    balancing.analyse,
     balancing.aliasing,
     balancing.hold,
     following.keep,
@@ -44,7 +49,7 @@ FOLLOW = (
     following.crossed,
     following.is_home,
 )
-MONODROMIES = (liouville.resolution, liouville.trace_of)
+MONODROMIES = (balancing.synthesise, liouville.resolution, liouville.trace_of)
 """What the kernels are made of; each part knows those before it."""
 
 
@@ -85,7 +90,7 @@ def motion(oscillator: Oscillator) -> Motion:
         float(oscillator.load),
         float(oscillator.zeta),
         float(oscillator.amplitude),
-        2.0 - oscillator.falloff,
+        2 - oscillator.falloff,
         float(oscillator.domain),
     )
 
@@ -127,13 +132,15 @@ def in_numba() -> Kernels:
     from numba import boolean, float64, int64, typeof, types, void
 
     def kernel(template: Function, parts: Iterable[Function], signature: Any) -> Function:
-        return compiled(template, _parts(parts), fastmath=SUMS, signature=signature)
+        return compiled(
+            template, _parts(parts), fastmath=SUMS, signature=signature, allocates=False
+        )
 
     # numba's own types carry no annotations
     pair: Any = types.UniTuple
     type_of: Any = typeof
     line, grid = float64[::1], float64[:, ::1]
-    numbers = type_of(Motion((0.0,) * 6, *[0.0] * 5))
+    numbers = type_of(Motion((0.0,) * 6, 0.0, 0.0, 0.0, 2, 0.0))
     room = type_of(scratch(1, waves(1, 16), lists=False))
     walk = type_of(Walk(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, settling=True, finest=1))
     law = sampled.pointer(), numbers, room

@@ -91,7 +91,7 @@ def _trace(oscillator: Oscillator, omega: Array, x: Array, odd: bool) -> Array:
     first, second = np.moveaxis(oscillator.stiffness(w) + np.zeros_like(w), 1, 0) - (
         oscillator.zeta**2
     )
-    maps = _exponentials(h, 0.5 * (first + second), np.sqrt(3) / 12 * h**2 * (first - second))
+    maps = _exponentials(h, 0.5 * (first + second), np.sqrt(3) / 12 * h**2 * (second - first))
     while maps.shape[1] > 1:
         maps = maps[:, 1::2] @ maps[:, ::2]
     decay = np.exp(-oscillator.zeta * h[:, 0] * steps)

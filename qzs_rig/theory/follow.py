@@ -24,6 +24,10 @@ LADDER = (7, 11, 15, 21, 29, 41, 57, 79, 111, 155)
 """Numbers of harmonics that are tried."""
 TAIL = 1e-8
 """The last two harmonics over all, above which more are taken."""
+PATIENCE = 3
+"""Numbers of harmonics in which a start may fail to converge."""
+MOST = 1500
+"""Points of a branch in either direction."""
 FURTHEST = 1e3
 """Motion in L20 or rad, over max(1, Ĥ), at which a branch counts as unbounded."""
 
@@ -81,11 +85,17 @@ def follow(task: Task) -> Followed:
     points = [*reversed(down.points[1:]), *up.points]
     most = max(harmonics_of(x) for _, x in points)
     return Followed(
-        np.clip([value for value, _ in points], task.low, task.high),
+        np.array([_bounded(value, task) for value, _ in points]),
         np.array([resized(x, most) for _, x in points]),
         np.array([harmonics_of(x) for _, x in points]),
         ('closed' if closed else down.reason, up.reason),
     )
+
+
+def _bounded(value: float, task: Task) -> float:
+    """The value, a bound exactly where it differs by the rounding of its logarithm."""
+    near = min((task.low, task.high), key=lambda bound: abs(value - bound))
+    return near if abs(value - near) < 1e-13 * near else value
 
 
 @dataclass
@@ -103,11 +113,16 @@ def refined(task: Task) -> Array | None:
 
 
 def _settled(task: Task) -> tuple[Unknowns, Array] | None:
-    x = task.coefficients
+    x, failures = task.coefficients, 0
     for harmonics in LADDER if task.harmonics is None else (task.harmonics,):
         equations = task.unknowns(harmonics)
-        own = continuation.solve(equations, equations.own(x), math.log(task.value), task.tolerance)
+        own = continuation.solve(
+            equations, equations.own(x), math.log(task.value), task.tolerance, 12
+        )
         if own is None:
+            failures += 1
+            if failures == PATIENCE:
+                return None
             continue
         x = equations.full(own)
         if task.harmonics is not None or _tail(x, harmonics) <= TAIL:
@@ -128,7 +143,12 @@ def _one_way(task: Task, direction: float) -> _Walk:
     while True:
         judge.equations = equations
         path = continuation.walk(
-            equations, here, *bounds, judge, Steps(tolerance=task.tolerance), _same(home, equations)
+            equations,
+            here,
+            *bounds,
+            judge,
+            Steps(tolerance=task.tolerance, most=max(1, MOST - len(walk.points))),
+            _same(home, equations),
         )
         if path.reason == 'symmetry':
             path = replace(path, points=path.points[:-1])
@@ -160,7 +180,7 @@ def _moved(
     if found is None:
         return None
     x, p, _ = found
-    return other, Point(x, p, continuation.tangent(other, x, p, last.size, along), last.size)
+    return other, continuation.located(other, x, p, last.size, along)
 
 
 def _same(home: Point, equations: Unknowns) -> Point:

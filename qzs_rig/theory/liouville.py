@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from qzs_rig.theory.balancing import synthesise
+
 RESOLVED = 0.01
 """h² max |k|, which leaves about 1e-8 in the trace."""
 
@@ -36,18 +38,12 @@ def monodromies(
 
 def resolution(sample: Any, motion: Any, scratch: Any, level: int, y: Any) -> float:
     """Fill `k` with the stiffness along the motion y; its maximum times h²."""
-    w, n, count = scratch.w, len(y) - 1, scratch.coarsest << level
-    first, largest = count - scratch.coarsest, 0.0
-    for j in range(count):
-        w[j] = y[0]
-    for c in range(1, n):
-        x, wave = y[c], scratch.waves[c]
-        for j in range(count):
-            w[j] += x * wave[first + j]
-    sample(motion.numbers, motion.load, count, w, scratch.f, scratch.k)
+    count, largest = scratch.coarsest << level, 0.0
+    synthesise(scratch, count - scratch.coarsest, count, y)
+    sample(motion.numbers, motion.load, count, scratch.w, scratch.f, scratch.k)
     for j in range(count):
         largest = max(largest, abs(scratch.k[j]))
-    h = 2.0 * math.pi / (y[n] * count)
+    h = 2.0 * math.pi / (y[len(y) - 1] * count)
     return float(h * h * largest)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics import specialise
 from qzs_rig.mechanics.restoring.law import RestoringLaw
-from qzs_rig.mechanics.restoring.roots import fast_rsqrt, reciprocal, teach_numba
+from qzs_rig.mechanics.restoring.roots import reciprocal
 from qzs_rig.theory import splitting
 from qzs_rig.theory import strobe_kernel as strobing
 from qzs_rig.theory import tangent_kernel as source
 from qzs_rig.theory.lanes import Lanes
-from qzs_rig.theory.strobe_engine import FAST, spread
+from qzs_rig.theory.strobe_engine import advance_type, advancing, spread
 from qzs_rig.theory.strobe_numpy import tangent_advancing
 from qzs_rig.timehistory import Array
 
@@ -118,14 +118,31 @@ def exponents(
 
 @cache
 def _stretching(law: RestoringLaw, number: int, shared: bool) -> Callable[..., None]:
-    take = strobing.keep_shared if shared else strobing.take_own
     try:
-        teach_numba()
-        at = strobing.shared if shared else strobing.each
-        force = law.around(fast_rsqrt)[number]
-        advance = specialise.compiled(source.advance, {'force': force, 'at': at}, fastmath=FAST)
-        parts: dict[str, Any] = {'advance': advance, 'board': strobing.board, 'take': take}
-        return specialise.compiled(source.stretch, parts)
+        return partial(_stretch(shared), advancing(source.advance, law, number, shared))
     except ImportError:
         plain = tangent_advancing(law.around(reciprocal(np.sqrt))[number])
-        return specialise.interpreted(source.stretch, {'advance': plain, 'take': take})
+        take = strobing.keep_shared if shared else strobing.take_own
+        return partial(specialise.interpreted(source.stretch, {'take': take}), plain)
+
+
+@cache
+def _stretch(shared: bool) -> Callable[..., None]:
+    from numba import float64, int64, types, void
+
+    pack: Any = types.UniTuple
+    line, grid = float64[::1], float64[:, ::1]
+    one = advance_type(shared)
+    design = one.args[0]
+    signature = void(
+        types.FunctionType(one),
+        pack(grid, 4),
+        design,
+        design,
+        *(grid, line, line, line),
+        int64,
+        *(grid, grid),
+    )
+    take = strobing.keep_shared if shared else strobing.take_own
+    parts: dict[str, Any] = {'board': strobing.board, 'take': take}
+    return specialise.compiled(source.stretch, parts, signature=signature)

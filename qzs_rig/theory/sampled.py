@@ -54,7 +54,7 @@ def in_numba(law: RestoringLaw, dof: int) -> Function:
     from numba import void
 
     teach_numba()
-    return compiled(sample, _formulas(law, dof), signature=void(*arguments()))
+    return compiled(sample, _formulas(law, dof), signature=void(*arguments()), allocates=False)
 
 
 @cache

@@ -87,16 +87,22 @@ def _same_motion(task: Task, guess: Array, x: Array) -> bool:
     size = float(np.linalg.norm(x)) or 1.0
     if np.linalg.norm(guess - x) > 0.1 * size:
         return False
-    near = steady(task.oscillator, task.omega, guess[None], 1e-11)
+    here = np.array([task.omega])
+    near = steady(task.oscillator, here, guess[None], 0.01 * _small(task.oscillator, here))
     if not near.converged[0]:
         return bool(np.linalg.norm(guess - x) < 0.02 * size)
     return bool(np.linalg.norm(near.coefficients[0] - x) < 1e-5 * size)
 
 
+def _small(oscillator: Oscillator, omega: Array) -> float:
+    """A residual that is small against the drive, and above rounding."""
+    return float(max(1e-8 * np.min(oscillator.drive(omega)), 1e-14))
+
+
 def _converged(
     oscillator: Oscillator, omega: Array, starts: Array
 ) -> Iterator[tuple[float, Array]]:
-    found = steady(oscillator, omega, starts, 1e-9, 25)
+    found = steady(oscillator, omega, starts, _small(oscillator, omega), 25)
     kept: list[tuple[float, Array]] = []
     for w, x, good in zip(found.omega, found.coefficients, found.converged, strict=True):
         if not good or any(

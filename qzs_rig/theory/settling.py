@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from qzs_rig.theory.balancing import analyse, drive
+
 STEP = 0.05
 """Of the classical Runge-Kutta in τ: stable up to stiffness 3000. Newton does the rest."""
 
@@ -29,11 +31,7 @@ def settle(sample: Any, motion: Any, scratch: Any, y: Any) -> None:
             w[j] = x
             for part in range(parts):
                 x, v = advance(sample, motion, scratch, omega, (j * parts + part) * h, h, x, v)
-    for c in range(n):
-        total, wave = 0.0, scratch.waves[c]
-        for j in range(count):
-            total += w[j] * wave[j]
-        y[c] = 2.0 * total / count
+    analyse(scratch, w, 0, count, y, n, 2.0 / count)
     y[0] *= 0.5
 
 
@@ -61,5 +59,5 @@ def acceleration(
     w, f, k = scratch.along, scratch.guess, scratch.weight
     w[0] = x
     sample(motion.numbers, motion.load, 1, w, f, k)
-    drive = motion.amplitude * omega**motion.power
-    return float(drive * math.cos(omega * t) - 2.0 * motion.zeta * v - f[0])
+    push = drive(motion, omega) * math.cos(omega * t)
+    return float(push - 2.0 * motion.zeta * v - f[0])

@@ -66,15 +66,15 @@ def advance(
 ) -> None:
     """One period of all lanes.
 
-    `moving` (10, LANES): w, w', step h, h drive, h load, then Σ w cos, Σ w sin, lowest and highest
+    `moving` (10, LANES): w, w'/h, step h, drive, load, then Σ w cos, Σ w sin, lowest and highest
     w over the step ends, and what h is at omega = 1. `decay`, `reach` (11, LANES); `weights`,
     `cosines` (11 steps + 1); `wave` (steps, 2) cos and sin of the phase at the step ends.
     """
-    w, v, h, drive, load = moving[0], moving[1], moving[2], moving[3], moving[4]
+    w, y, drive, load = moving[0], moving[1], moving[3], moving[4]
     cos, sin, low, high = moving[5], moving[6], moving[7], moving[8]
     for lane in range(LANES):
-        push = drive[lane] * cosines[0] + load[lane] - h[lane] * force(at(block, lane), w[lane])
-        v[lane] += weights[0] * push
+        push = drive[lane] * cosines[0] + load[lane] - force(at(block, lane), w[lane])
+        y[lane] += weights[0] * push
         cos[lane] = sin[lane] = 0.0
         low[lane] = high[lane] = w[lane]
     for step in range(len(wave)):
@@ -82,10 +82,10 @@ def advance(
             k = STAGES * step + stage + 1
             c, weight, d, r = cosines[k], weights[k], decay[stage], reach[stage]
             for lane in range(LANES):
-                x = w[lane] + r[lane] * v[lane]
+                x = w[lane] + r[lane] * y[lane]
                 w[lane] = x
-                push = drive[lane] * c + load[lane] - h[lane] * force(at(block, lane), x)
-                v[lane] = d[lane] * v[lane] + weight * push
+                push = drive[lane] * c + load[lane] - force(at(block, lane), x)
+                y[lane] = d[lane] * y[lane] + weight * push
         c, s = wave[step]
         for lane in range(LANES):
             cos[lane] += c * w[lane]
@@ -153,9 +153,11 @@ def board(lane: int, run: int, runs: Any, drifts: Any, moving: Any, decay: Any, 
     for stage in range(STAGES):
         s = drifts[stage] * h
         decay[stage, lane] = np.exp(-2.0 * zeta * s)
-        reach[stage, lane] = -np.expm1(-2.0 * zeta * s) / (2.0 * zeta) if zeta > 0.0 else s
-    moving[0, lane], moving[1, lane] = runs[4, run], runs[5, run]
-    moving[2, lane], moving[3, lane], moving[4, lane] = h, h * drive, h * load
+        far = -np.expm1(-2.0 * zeta * s) / (2.0 * zeta) if zeta > 0.0 else s
+        # velocities over h: so no kick needs h
+        reach[stage, lane] = h * far
+    moving[0, lane], moving[1, lane] = runs[4, run], runs[5, run] / h
+    moving[2, lane], moving[3, lane], moving[4, lane] = h, drive, load
 
 
 def look_back(past: Any, slot: int, longest: int, tolerance: float, found: Any) -> None:
@@ -172,10 +174,12 @@ def look_back(past: Any, slot: int, longest: int, tolerance: float, found: Any) 
 
 def remember(past: Any, slot: int, moving: Any) -> None:
     """Put w, w' and the four sums of this period into `past` (6, BACK, LANES)."""
-    for row in range(6):
-        source = row if row < 2 else row + 3
+    for lane in range(LANES):
+        past[0, slot, lane] = moving[0, lane]
+        past[1, slot, lane] = moving[2, lane] * moving[1, lane]
+    for row in range(2, 6):
         for lane in range(LANES):
-            past[row, slot, lane] = moving[source, lane]
+            past[row, slot, lane] = moving[row + 3, lane]
 
 
 def lose(points: Any, figures: Any, place: int) -> None:
@@ -198,6 +202,7 @@ def workspace(steps: int) -> tuple[Any, ...]:
 
 
 def sweep(
+    advance: Any,
     work: Any,
     design: Any,
     block: Any,
@@ -249,8 +254,8 @@ def sweep(
             age[lane] += 1
             place = age[lane] - (periods - keep) - 1
             if place >= 0:
-                points[run, 0, place] = moving[0, lane]
-                points[run, 1, place] = moving[1, lane]
+                points[run, 0, place] = past[0, slot, lane]
+                points[run, 1, place] = past[1, slot, lane]
             period = int(found[lane])
             if not (moving[8, lane] < limit and moving[7, lane] > -limit):
                 cycle[run], settled[run] = -1, age[lane]

@@ -16,15 +16,15 @@ def advancing(force: Any) -> Any:
     def advance(
         block: Any, moving: Any, decay: Any, reach: Any, weights: Any, cosines: Any, wave: Any
     ) -> None:
-        w, v, h, drive, load = moving[:5]
-        v += weights[0] * (drive * cosines[0] + load - h * force(block, w))
+        w, y, _, drive, load = moving[:5]
+        y += weights[0] * (drive * cosines[0] + load - force(block, w))
         moving[5:7] = 0.0
         moving[7:9] = w
         for k in range(1, len(weights)):
             stage = (k - 1) % STAGES
-            w += reach[stage] * v
-            v *= decay[stage]
-            v += weights[k] * (drive * cosines[k] + load - h * force(block, w))
+            w += reach[stage] * y
+            y *= decay[stage]
+            y += weights[k] * (drive * cosines[k] + load - force(block, w))
             if stage == STAGES - 1:
                 moving[5:7] += np.multiply.outer(wave[(k - 1) // STAGES], w)
                 moving[7], moving[8] = np.minimum(moving[7], w), np.maximum(moving[8], w)
@@ -38,17 +38,17 @@ def tangent_advancing(force: Any) -> Any:
     def advance(
         block: Any, moving: Any, decay: Any, reach: Any, weights: Any, cosines: Any, tangent: Any
     ) -> None:
-        w, v, h, drive, load = moving[:5]
-        dw, dv = tangent
+        w, y, _, drive, load = moving[:5]
+        dw, dy = tangent
         for k in range(len(weights)):
             if k > 0:
                 d, r = decay[(k - 1) % STAGES], reach[(k - 1) % STAGES]
-                w += r * v
-                dw += r * dv
-                v *= d
-                dv *= d
-            v += weights[k] * (drive * cosines[k] + load - h * force(block, w))
+                w += r * y
+                dw += r * dy
+                y *= d
+                dy *= d
+            y += weights[k] * (drive * cosines[k] + load - force(block, w))
             slope = (force(block, w + SHIFT) - force(block, w - SHIFT)) * (0.5 / SHIFT)
-            dv -= weights[k] * h * slope * dw
+            dy -= weights[k] * slope * dw
 
     return advance

@@ -29,8 +29,9 @@ at, take = shared, keep_shared
 def advance(
     block: Any, moving: Any, decay: Any, reach: Any, weights: Any, cosines: Any, tangent: Any
 ) -> None:
-    """One period of all lanes, as in strobe_kernel without its sums; `tangent` (2, LANES)."""
-    w, v, h, drive, load = moving[0], moving[1], moving[2], moving[3], moving[4]
+    """One period of all lanes, as in strobe_kernel without its sums; `tangent` (2, LANES) δw and
+    δw'/h."""
+    w, v, drive, load = moving[0], moving[1], moving[3], moving[4]
     dw, dv = tangent[0], tangent[1]
     for k in range(len(weights)):
         c, weight = cosines[k], weights[k]
@@ -41,13 +42,14 @@ def advance(
                 x, dx = x + r[lane] * y, dx + r[lane] * dy
                 y, dy = d[lane] * y, d[lane] * dy
             design = at(block, lane)
-            push = drive[lane] * c + load[lane] - h[lane] * force(design, x)
+            push = drive[lane] * c + load[lane] - force(design, x)
             slope = (force(design, x + SHIFT) - force(design, x - SHIFT)) * (0.5 / SHIFT)
             w[lane], v[lane] = x, y + weight * push
-            dw[lane], dv[lane] = dx, dy - weight * h[lane] * slope * dx
+            dw[lane], dv[lane] = dx, dy - weight * slope * dx
 
 
 def stretch(
+    advance: Any,
     work: Any,
     design: Any,
     block: Any,
@@ -81,4 +83,5 @@ def stretch(
                 if period >= before and first + lane < n:
                     growth[first + lane, period - before] = np.log(size)
         for lane in range(min(LANES, n - first)):
-            ends[first + lane, 0], ends[first + lane, 1] = moving[0, lane], moving[1, lane]
+            ends[first + lane, 0] = moving[0, lane]
+            ends[first + lane, 1] = moving[2, lane] * moving[1, lane]

@@ -25,7 +25,7 @@ LAYERS = (
     {'rig', 'offline'},
     {'compare', 'ros'},
     {'drawing', 'claims'},
-    {'datasheet', 'advisor', 'paper_figures'},
+    {'datasheet', 'advisor', 'paper_figures', 'identification'},
     {'campaign'},
     {'cli'},
 )
@@ -49,7 +49,7 @@ HOMES = {
     'mcap': {'bag'},
     'zstandard': {'bag'},
     'plotly': {'compare'},
-    'matplotlib': {'compare', 'drawing', 'campaign'},
+    'matplotlib': {'compare', 'drawing', 'campaign', 'identification'},
     'numba': {'mechanics', 'theory'},
     'threadpoolctl': {'theory'},
     'tqdm': {'cli'},
