@@ -7,7 +7,7 @@ down to 0.5, the same number of harmonics, one process, one core, best of the re
 whole curve through both folds with Floquet multipliers. harmonicbalance continues by arc length
 too, over as many points, without stability. mousai knows no continuation: it solves at as many
 fixed frequencies, each from the motion before it, and jumps at a fold where we go round; its
-points are those that converged, to its own tolerance of 6e-6. skhippr is measured where it is installed.
+points are those that converged, to its own tolerance of 6e-6. skhippr is named for completeness.
 """
 
 from __future__ import annotations
