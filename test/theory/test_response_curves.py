@@ -117,5 +117,5 @@ def test_refusals(call):
 def test_refusals_of_values():
     with pytest.raises(InputError, match="unknown parameter 'mass'"):
         value_of(TAYLOR, 1.0, 'mass')
-    with pytest.raises(InputError, match='L1 = 1.2 must be below 1'):
+    with pytest.raises(InputError, match=r'L1 = 1\.2 must be below 1'):
         with_value(TAYLOR, 'L1', 1.2)
