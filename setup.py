@@ -25,6 +25,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
         (f'share/{PACKAGE}/config', files('config')),
+        (f'share/{PACKAGE}/config/campaigns', files('config/campaigns')),
         (f'share/{PACKAGE}/launch', files('launch')),
         (f'share/{PACKAGE}/urdf', files('urdf')),
     ],
@@ -36,6 +37,7 @@ setup(
         'rosbags>=0.10,<0.12',
         'zstandard>=0.21,<1',
         'plotly>=5.18,<8',
+        'threadpoolctl>=3.1,<4',
         'tqdm>=4.60,<5',
     ],
     extras_require={
@@ -46,6 +48,7 @@ setup(
         ],
         'fast': ['numba>=0.59,<1'],
         'picture': ['matplotlib>=3.7,<4'],
+        'campaign': ['dask>=2024.1,<2028', 'distributed>=2024.1,<2028', 'pyarrow>=15,<30'],
         'test': [
             'hypothesis>=6.90,<7',
             'mypy>=1.8,<3',
@@ -59,6 +62,9 @@ setup(
             'colcon-ros>=0.5,<1',
             'matplotlib>=3.7,<4',
             'numba>=0.59,<1',
+            'dask>=2024.1,<2028',
+            'distributed>=2024.1,<2028',
+            'pyarrow>=15,<30',
         ],
     },
     zip_safe=False,

@@ -35,7 +35,7 @@ def main() -> None:
     rates = {
         law.name: (
             rate(lambda law=law: law.force(PAPER_DESIGN, w)),
-            rate(lambda law=law: bulk.in_numpy(law.bind, PAPER_DESIGN, w)),
+            rate(lambda law=law: bulk.in_numpy(law.around, PAPER_DESIGN, w)),
         )
         for law in RESTORING.values()
     }

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from qzs_rig import rig, scenario
-from qzs_rig.compare.cases import theory_of
 from qzs_rig.compare.picture import write_picture
+from qzs_rig.prediction.predict import predict
 
 
 def main() -> None:
@@ -12,7 +12,7 @@ def main() -> None:
     spec = scenario.load(scenario.DEFAULT)
     path = Path(__file__).with_name('vertical_sweep.svg')
     path.unlink(missing_ok=True)
-    write_picture(path, [('rig', rig.run(spec).estimate)], theory=theory_of(spec))
+    write_picture(path, [('rig', rig.run(spec).estimate)], theory=predict(spec))
     print(path)
 
 

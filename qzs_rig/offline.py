@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -78,14 +77,8 @@ def recorded_spec(path: Path, assignments: Sequence[str] = ()) -> RunSpec:
     return _spec(sheets[-1] if sheets else None, assignments)
 
 
-def spec_of(values: Mapping[str, Any]) -> RunSpec:
-    """The RunSpec on a sheet, including values that synonyms silence."""
-    defaults = scenario.of({})
-    return defaults.override({k: v for k, v in values.items() if defaults.get(k) != v})
-
-
 def _spec(sheet: RunSheet | None, assignments: Sequence[str]) -> RunSpec:
-    spec = spec_of(sheet.spec) if sheet else scenario.of({})
+    spec = scenario.complete(sheet.spec) if sheet else scenario.of({})
     return spec.override(dict(parse_assignment(text) for text in assignments))
 
 

@@ -55,7 +55,7 @@ class Parameter:
         if isinstance(converted, float) and not math.isfinite(converted):
             raise InputError(f'{self.name} = {value!r} is not finite; give {self._wanted()}')
         if self.choices and converted not in self.choices:
-            hint = _closest(str(value), self.choices)
+            hint = closest(str(value), self.choices)
             raise InputError(f'{self.name} = {value!r} is unknown{hint}; give {self.range_text}')
         if isinstance(converted, int | float) and not isinstance(converted, bool):
             too_low = converted < self.minimum or (self.above and converted == self.minimum)
@@ -184,19 +184,7 @@ class RunSpec(Mapping[str, Value]):
 
 def read_yaml(path: Path) -> dict[str, Any]:
     """The flat parameters of a ROS parameter file; raises InputError for anything else."""
-    import yaml
-
-    try:
-        loader = yaml.SafeLoader(path.read_text(encoding='utf-8'))
-        root = loader.get_single_node()
-        document = loader.construct_document(root) if root else None
-    except OSError as error:
-        raise InputError(f'scenario {path} cannot be read: {error.strerror}') from error
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: no UTF-8, or a date like 2001-99-99
-        first_line = str(error).splitlines()[0]
-        raise InputError(f'scenario {path} is not YAML: {first_line}') from error
-    for key, line in _repeated_keys(root) if root else ():
-        raise InputError(f'scenario {path}, line {line}: {key!r} is given twice; keep one')
+    document = yaml_document(path, 'scenario')
     flat: dict[str, Any] = {}
     for node, body in _nodes(document, path):
         if not isinstance(body, dict) or set(body) != {'ros__parameters'}:
@@ -208,6 +196,25 @@ def read_yaml(path: Path) -> dict[str, Any]:
                 raise InputError(f'scenario {path}: {name} is given twice with different values')
             flat[name] = value
     return flat
+
+
+def yaml_document(path: Path, what: str) -> Any:
+    """The one document of a YAML file; InputError, which calls it `what`, for anything else and
+    for a key given twice."""
+    import yaml
+
+    try:
+        loader = yaml.SafeLoader(path.read_text(encoding='utf-8'))
+        root = loader.get_single_node()
+        document = loader.construct_document(root) if root else None
+    except OSError as error:
+        raise InputError(f'{what} {path} cannot be read: {error.strerror}') from error
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: no UTF-8, or a date like 2001-99-99
+        first_line = str(error).splitlines()[0]
+        raise InputError(f'{what} {path} is not YAML: {first_line}') from error
+    for key, line in _repeated_keys(root) if root else ():
+        raise InputError(f'{what} {path}, line {line}: {key!r} is given twice; keep one')
+    return document
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
@@ -228,12 +235,13 @@ def unknown_parameter(name: str, known: Iterable[str]) -> str:
     known = sorted(known)
     section = name.split('.', 1)[0]
     family = [item for item in known if item.startswith(section + '.')] or sorted(
-        {item.split('.', 1)[0] + '.*' for item in known}
+        {item.split('.', 1)[0] + '.*' if '.' in item else item for item in known}
     )
-    return f'unknown parameter {name!r}{_closest(name, known)}; known: {", ".join(family)}'
+    return f'unknown parameter {name!r}{closest(name, known)}; known: {", ".join(family)}'
 
 
-def _closest(word: str, known: Iterable[str]) -> str:
+def closest(word: str, known: Iterable[str]) -> str:
+    """' (did you mean ...?)' for the end of a refusal, or nothing where none is near."""
     close = difflib.get_close_matches(word, list(known), n=1)
     return f' (did you mean {close[0]!r}?)' if close else ''
 

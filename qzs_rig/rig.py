@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from qzs_rig.analysis import AnalyzerStage
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
+from qzs_rig.prediction.curve import Prediction
+from qzs_rig.prediction.predict import predict
 from qzs_rig.scenario import step_ns_of
 from qzs_rig.stages import ExciterStage, PlatformOutput, PlatformStage
 from qzs_rig.timehistory import NS, TimeHistory
@@ -22,13 +24,15 @@ Tap = Callable[[TimeHistory, PlatformOutput], None]
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run in process gave; `wall_s` counts from the first to the last sample."""
+    """What a run in process gave; `wall_s` counts from the first to the last sample. `stopped`
+    says why the predictive abort ended it, empty where it did not."""
 
     estimate: Estimate
     samples: int
     rig_s: float
     wall_s: float
     cautions: tuple[str, ...]
+    stopped: str = ''
 
 
 def run(
@@ -37,14 +41,19 @@ def run(
     tap: Tap | None = None,
     progress: Callable[[int, int], None] | None = None,
     chunk: int = CHUNK,
+    predictions: Sequence[Prediction] | None = None,
 ) -> RunResult:
     """Perform `spec`; `tap` sees every chunk of base motion with the readings it caused.
+
+    `predictions` of the run, if they are at hand, save a predictive abort from making them.
 
     `progress(done, samples)` is called after each chunk. KeyboardInterrupt passes through; what
     `tap` has seen by then is complete.
     """
     step_ns = step_ns_of(spec)
-    exciter = ExciterStage(spec, start_ns, step_ns)
+    if predictions is None and spec.flag('run.predictive_abort'):
+        predictions = predict(spec)
+    exciter = ExciterStage(spec, start_ns, step_ns, predictions)
     platform = PlatformStage(spec, step_ns)
     analyzer = AnalyzerStage(spec, step_ns)
     began = time.perf_counter()
@@ -65,4 +74,5 @@ def run(
         (exciter.samples - 1) * step_ns / NS,
         time.perf_counter() - began,
         tuple(platform.cautions(driven)),
+        exciter.stopped,
     )

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from qzs_rig.errors import InputError
+from qzs_rig.estimation.estimate import Estimate
+from qzs_rig.prediction import document, labels
+from qzs_rig.prediction.curve import Prediction
 
 ROOT = 'runs'
 SCHEMA = 'qzs_rig/run/1'
@@ -59,6 +63,24 @@ def run_document(
     }
 
 
-def keep_document(path: Path, document: dict[str, Any]) -> Path:
+def keep_theory(
+    folder: Path, run_id: str, predictions: Sequence[Prediction], estimate: Estimate
+) -> None:
+    """`theory.json`, and `match.json`: on which branch of it every measured point lies."""
+    theory = document.to_document(run_id, predictions)
+    match = labels.to_document(run_id, labels.label_all(estimate, predictions))
+    for name, content in (('theory.json', theory), ('match.json', match)):
+        keep(folder / name, json.dumps(content, allow_nan=False) + '\n')
+
+
+def theory_in(folder: Path) -> tuple[Prediction, ...] | None:
+    """The predictions that a run kept, None where it kept none."""
+    path = folder / 'theory.json'
+    if not path.is_file():
+        return None
+    return document.from_document(json.loads(path.read_text(encoding='utf-8')))
+
+
+def keep_document(path: Path, content: dict[str, Any]) -> Path:
     """`keep` for JSON."""
-    return keep(path, json.dumps(document, allow_nan=False, indent=1) + '\n')
+    return keep(path, json.dumps(content, allow_nan=False, indent=1) + '\n')

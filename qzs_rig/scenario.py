@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig import excitation, sensing
+from qzs_rig.dof import DOFS, displacement_unit
 from qzs_rig.errors import InputError
 from qzs_rig.estimation import parameters as analyzer
 from qzs_rig.excitation import shaker
@@ -29,6 +30,28 @@ RUN_PARAMETERS = (
     ),
     Parameter('run.seed', int, 0, '', 'seed of all sensor noise', 0, 2**31 - 1),
     Parameter('run.chunk', int, 40, 'samples', 'base motion a message in lockstep', 1, 1000),
+    Parameter(
+        'run.predictive_abort',
+        bool,
+        False,
+        '',
+        'ramp down before theory foresees a stroke beyond run.stroke_limit',
+    ),
+    Parameter(
+        'run.lead_time', float, 5.0, 's', 'how long before that; at least excitation.ramp', 0.0
+    ),
+    *(
+        Parameter(
+            f'run.stroke_limit.{dof}',
+            float,
+            None,
+            displacement_unit(dof),
+            f'largest {dof.replace("_", " ")} stroke of the top against the base; unset: any',
+            0.0,
+            above=True,
+        )
+        for dof in DOFS
+    ),
 )
 
 PARAMETERS: tuple[Parameter, ...] = (
@@ -58,6 +81,12 @@ def load(scenario: str, assignments: Iterable[str] = ()) -> RunSpec:
 def of(given: Mapping[str, Any]) -> RunSpec:
     """A RunSpec of the defaults with `given` values on top."""
     return RunSpec.of(PARAMETERS, given)
+
+
+def complete(values: Mapping[str, Any]) -> RunSpec:
+    """The RunSpec of all values on a run sheet, including those that synonyms silence."""
+    defaults = of({})
+    return defaults.override({k: v for k, v in values.items() if defaults.get(k) != v})
 
 
 def find(scenario: str) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,8 @@ from qzs_rig.mechanics.geometric.modes import cautions
 from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
+from qzs_rig.prediction.curve import Prediction
+from qzs_rig.prediction.lookout import look_out, refuse_vague
 from qzs_rig.sensing import SENSORS
 from qzs_rig.sensing.imu import IMU_CHANNELS, specific_force_and_rate
 from qzs_rig.timehistory import NS, Array, Channel, TimeHistory
@@ -37,31 +40,51 @@ SIX_CHANNELS = MOTION_CHANNELS + tuple(
 class ExciterStage:
     """Gives the commanded base motion piece by piece; `stop` ramps it down early."""
 
-    def __init__(self, spec: RunSpec, start_ns: int, step_ns: int) -> None:
+    def __init__(
+        self,
+        spec: RunSpec,
+        start_ns: int,
+        step_ns: int,
+        predictions: Sequence[Prediction] | None = None,
+    ) -> None:
+        """`predictions` of this run are needed where run.predictive_abort is to act."""
         self.drive = Drive.from_spec(spec, step_ns)
         refuse_beyond_limits(self.drive, spec)
+        refuse_vague(spec)
+        self._foreseen = None if predictions is None else look_out(spec, self.drive, predictions)
+        self.stopped = ''
+        """Why the stage itself ended the run early; empty as long as it has not."""
         self.samples = self.drive.samples
         self.given = 0
         self._start_ns, self._step_ns = start_ns, step_ns
-        self._stop_at: float | None = None
+        self._stop_at: int | None = None
 
     def take(self, n: int) -> TimeHistory:
         """The next `n` samples (n, 12), fewer at the end of the run."""
+        if self._foreseen and self.given + n > self._foreseen.sample:
+            self.stopped = self._foreseen.reason
+            self._stop_from(self._foreseen.sample)
         last = min(self.given + n, self.samples)
         motion = self.drive.motion(self.given, last)
         if self._stop_at is not None:
-            t = np.arange(self.given, last) * self._step_ns / NS
-            motion = _faded(motion, t - self._stop_at, self.drive.ramp)
+            fades = slice(max(self._stop_at - self.given, 0), None)
+            t = (np.arange(self.given, last) * self._step_ns / NS)[fades]
+            t -= self._stop_at * self._step_ns / NS
+            motion[fades] = _faded(motion[fades], t, self.drive.ramp)
         start_ns = self._start_ns + self.given * self._step_ns
         self.given = last
         return TimeHistory(start_ns, self._step_ns, MOTION_CHANNELS, motion)
 
     def stop(self) -> None:
         """Ramp down from here over the ramp of the run; `samples` shrinks to where that ends."""
+        self._stop_from(self.given)
+
+    def _stop_from(self, sample: int) -> None:
         if self._stop_at is None:
-            self._stop_at = self.given * self._step_ns / NS
+            self._foreseen = None
+            self._stop_at = sample
             ramp_samples = math.ceil(self.drive.ramp * NS / self._step_ns) + 1
-            self.samples = min(self.samples, self.given + ramp_samples)
+            self.samples = min(self.samples, sample + ramp_samples)
 
 
 class PlatformOutput(NamedTuple):

@@ -44,13 +44,15 @@ RUN = Topic('rig/run', 'std_msgs/msg/String', 10, latched=True)
 PLATFORM_STATUS = Topic('platform/status', 'diagnostic_msgs/msg/DiagnosticStatus', 1, latched=True)
 ANALYZER_STATUS = Topic('analyzer/status', 'diagnostic_msgs/msg/DiagnosticStatus', 1, latched=True)
 ESTIMATE = Topic('analyzer/estimate', 'std_msgs/msg/String', 1, latched=True)
+THEORY = Topic('theory/branches', 'std_msgs/msg/String', 1, latched=True)
+MATCH = Topic('analyzer/match', 'std_msgs/msg/String', 1, latched=True)
 DIAGNOSTICS = Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', 10)
 
 TOPICS: dict[str, Topic] = {
     topic.name: topic
     for topic in (
         *(BASE_MOTION, BASE_IMU, TOP_IMU, JOINT_STATES, CLOCK, RUN),
-        *(PLATFORM_STATUS, ANALYZER_STATUS, ESTIMATE, DIAGNOSTICS),
+        *(PLATFORM_STATUS, ANALYZER_STATUS, ESTIMATE, THEORY, MATCH, DIAGNOSTICS),
     )
 }
 
@@ -290,15 +292,16 @@ def encode_json(document: Mapping[str, Any]) -> bytes:
     return writer.bytes()
 
 
-def decode_json(message: bytes) -> dict[str, Any]:
-    """The JSON document in a std_msgs/String; raises InputError for anything else."""
+def decode_json(message: bytes, topic: str = RUN.name) -> dict[str, Any]:
+    """The JSON document in a std_msgs/String; raises InputError, naming `topic`, for anything
+    else."""
     text = CdrReader(message).string()
     try:
         document = json.loads(text)
     except json.JSONDecodeError as error:
-        raise InputError(f'rig/run holds no JSON: {error}') from error
+        raise InputError(f'{topic} holds no JSON: {error}') from error
     if not isinstance(document, dict):
-        raise InputError(f'rig/run holds a JSON {type(document).__name__}, expected an object')
+        raise InputError(f'{topic} holds a JSON {type(document).__name__}, expected an object')
     return document
 
 

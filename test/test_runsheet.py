@@ -8,8 +8,8 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.offline import spec_of
 from qzs_rig.runsheet import STATES, RunSheet, from_document
+from qzs_rig.scenario import complete
 
 SHEET = RunSheet(
     step_ns=2_000_000,
@@ -40,7 +40,7 @@ def test_a_change_leaves_the_rest():
 def test_a_spec_comes_back_from_its_sheet(words):
     spec = scenario.load('rotations').override(words)
     document = json.loads(json.dumps(SHEET.of(spec=dict(spec)).to_document()))
-    assert dict(spec_of(from_document(document).spec)) == dict(spec)
+    assert dict(complete(from_document(document).spec)) == dict(spec)
 
 
 @pytest.mark.parametrize('schema', [None, 'qzs_rig/sheet/2', 'qzs_rig/estimate/1', 1])

@@ -347,6 +347,8 @@ def test_json_has_no_nan():
 def test_a_string_that_is_no_document_is_refused(text, message):
     with pytest.raises(InputError, match=message):
         wire.decode_json(bytes(serialize_message(String(data=text))))
+    with pytest.raises(InputError, match=message.replace('rig/run', 'theory/branches')):
+        wire.decode_json(bytes(serialize_message(String(data=text))), wire.THEORY.name)
 
 
 def test_joint_states_are_read_by_rclpy_and_rosbags():

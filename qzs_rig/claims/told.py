@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from qzs_rig.claims import CLAIMS
 from qzs_rig.claims.verdict import Verdict
 from qzs_rig.compare.tables import Table
 
 
-def verdicts() -> dict[str, Verdict]:
-    """Every check of CLAIMS, performed."""
-    return {name: check() for name, check in CLAIMS.items()}
+def verdicts(
+    claims: Mapping[str, Callable[[], Verdict]], progress: Callable[[str], object] = str
+) -> dict[str, Verdict]:
+    """The checks of `claims`, performed; `progress` hears the name of each before it starts."""
+    found = {}
+    for name, check in claims.items():
+        progress(name)
+        found[name] = check()
+    return found
 
 
 def table(found: dict[str, Verdict]) -> Table:

@@ -8,9 +8,10 @@ from typing import Any
 
 from qzs_rig import runfolder
 from qzs_rig.cli import options as shared
-from qzs_rig.compare.cases import theory_of
+from qzs_rig.compare.match import compare
 from qzs_rig.compare.report import event_table, write_report
 from qzs_rig.offline import analyze
+from qzs_rig.prediction.predict import predict
 
 
 def add_to(verbs: Any) -> None:
@@ -39,13 +40,17 @@ def execute(options: argparse.Namespace) -> int:
     if not analysis.estimate.curves:
         text += '\nno degree of freedom is excited above analyzer.floor_acceleration or floor_rate'
     if options.out:
+        predictions = predict(analysis.spec) if analysis.sheet else ()
+        if analysis.sheet:
+            runfolder.keep_theory(options.out, name, predictions, analysis.estimate)
         path = runfolder.keep(options.out / 'estimate.json', analysis.estimate.to_json() + '\n')
         write_report(
             options.out / 'report.html',
             f'{options.bag.name}: transmissibility',
             [(name, analysis.estimate)],
-            theory=theory_of(analysis.spec) if analysis.sheet else (),
+            theory=predictions,
             facts=[('bag', str(options.bag))],
+            tables=compare([(name, analysis.estimate)], predictions).tables(),
         )
         text += f'\n\nestimate {path}\nreport   {options.out / "report.html"}'
     shared.show(options, analysis.estimate.to_document(), text)

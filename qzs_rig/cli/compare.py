@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from qzs_rig.cli import options as shared
-from qzs_rig.compare.cases import theory_of
 from qzs_rig.compare.match import compare
 from qzs_rig.compare.report import write_report
-from qzs_rig.compare.theory_overlay import TheoryCurve
 from qzs_rig.offline import Analysis, recorded
+from qzs_rig.prediction.curve import Prediction
+from qzs_rig.prediction.predict import predict
 
 
 def add_to(verbs: Any) -> None:
@@ -19,7 +20,7 @@ def add_to(verbs: Any) -> None:
     command = verbs.add_parser(
         'compare',
         help='overlay runs, bags or estimates, with theory',
-        description='Overlay two or more runs with single-term theory and tabulate the differences '
+        description='Overlay two or more runs with their theory and tabulate the differences '
         'of curves, onset, peak and jumps. The first one is the reference.',
     )
     command.add_argument(
@@ -63,9 +64,9 @@ def _labels(paths: list[Path]) -> list[str]:
     ]
 
 
-def _theory(labels: list[str], runs: list[Analysis]) -> list[TheoryCurve]:
+def _theory(labels: list[str], runs: list[Analysis]) -> list[Prediction]:
     """Each different platform's theory once."""
-    curves: list[TheoryCurve] = []
+    curves: list[Prediction] = []
     seen: list[Any] = []
     for label, run in zip(labels, runs, strict=True):
         if run.sheet is None:
@@ -73,15 +74,12 @@ def _theory(labels: list[str], runs: list[Analysis]) -> list[TheoryCurve]:
         physics = run.spec.sections('platform', 'excitation')
         if physics not in seen:
             seen.append(physics)
-            curves += [_named(curve, label, len(runs)) for curve in theory_of(run.spec)]
+            curves += [_named(curve, label, len(runs)) for curve in predict(run.spec)]
     return curves
 
 
-def _named(curve: TheoryCurve, label: str, runs: int) -> TheoryCurve:
-    text = curve.label if runs == 1 else f'{curve.label}, {label}'
-    return TheoryCurve(
-        curve.dof, text, curve.frequency_hz, curve.magnitude, curve.phase_deg, curve.stable
-    )
+def _named(curve: Prediction, label: str, runs: int) -> Prediction:
+    return curve if runs == 1 else replace(curve, label=f'{curve.label}, {label}')
 
 
 def _fact(path: Path, run: Analysis) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from qzs_rig.cli.frf_told import Answer
 from qzs_rig.compare.tables import Table
-from qzs_rig.datasheet.figures import Line, Panel, Sheet
+from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.errors import InputError
 from qzs_rig.theory.backbone import Backbone, backbone, phase_resonance
 from qzs_rig.theory.jump_map import FoldCurve, jump_map

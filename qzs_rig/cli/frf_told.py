@@ -13,10 +13,10 @@ from qzs_rig.compare.page import page
 from qzs_rig.compare.save import write_new
 from qzs_rig.compare.sections import header, table_section
 from qzs_rig.compare.tables import Table
-from qzs_rig.datasheet import response_sheet
-from qzs_rig.datasheet import write as datasheet
-from qzs_rig.datasheet.figures import Sheet
-from qzs_rig.datasheet.interactive import section
+from qzs_rig.drawing import response_sheet
+from qzs_rig.drawing.interactive import section
+from qzs_rig.drawing.sheet import Sheet
+from qzs_rig.drawing.write import pictures
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.response import Branch, FrequencyResponse
 
@@ -91,7 +91,7 @@ def write(folder: Path, answer: Answer) -> list[Path]:
     write_new(paths[0], page(answer.title, ''.join(body)).encode())
     write_new(paths[1], ('\n'.join(answer.csv) + '\n').encode())
     try:
-        paths += datasheet.pictures(folder, answer.sheets)
+        paths += pictures(folder, answer.sheets)
     except ImportError:
         answer.cautions.append(
             "figures as SVG and PNG need matplotlib; pip install 'qzs_rig[picture]'"

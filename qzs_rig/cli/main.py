@@ -13,11 +13,18 @@ from qzs_rig import __version__
 from qzs_rig.cli import (
     analyze,
     bag,
+    basin,
+    bifurcation,
+    campaign,
     claims,
     compare,
     design,
+    figures,
     frf,
+    identify,
+    lyapunov,
     modes,
+    poincare,
     replay,
     rig,
     run,
@@ -30,7 +37,8 @@ from qzs_rig.errors import RigError
 
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
-    *(statics, modes, springs, design, claims, scenarios, frf),
+    *(statics, modes, springs, design, claims, figures, scenarios),
+    *(frf, bifurcation, poincare, lyapunov, basin, identify, campaign),
 )
 
 EPILOG = """\

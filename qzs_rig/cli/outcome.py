@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from qzs_rig.claims import told
+from qzs_rig.claims import STATIC, told
 from qzs_rig.cli.options import show
-from qzs_rig.compare.cases import theory_of
+from qzs_rig.compare.match import compare
+from qzs_rig.compare.names import direction_name, dof_name
 from qzs_rig.compare.report import event_table, write_report
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
+from qzs_rig.prediction.curve import Prediction
+from qzs_rig.prediction.labels import label_all
 
 
 def present(
@@ -21,27 +25,33 @@ def present(
     estimate: Estimate,
     spec: RunSpec,
     folder: Path | None,
+    predictions: Sequence[Prediction],
 ) -> int:
     """Write `report.html`, print table or JSON; returns the exit code."""
     if folder is not None:
         document['report'] = str(folder / 'report.html')
-        write_run_report(folder / 'report.html', document, estimate, spec)
-    show(options, document, '\n'.join(_lines(document, estimate)))
+        write_run_report(folder / 'report.html', document, estimate, spec, predictions)
+    show(options, document, '\n'.join(_lines(document, estimate, predictions)))
     return exit_code(document)
 
 
 def write_run_report(
-    path: Path, document: dict[str, Any], estimate: Estimate, spec: RunSpec
+    path: Path,
+    document: dict[str, Any],
+    estimate: Estimate,
+    spec: RunSpec,
+    predictions: Sequence[Prediction],
 ) -> None:
     """The page of one run."""
+    run = (document['run_id'], estimate)
     name = document.get('scenario') or 'run'
     write_report(
         path,
         f'{name}: transmissibility',
-        [(document['run_id'], estimate)],
-        theory=theory_of(spec),
+        [run],
+        theory=predictions,
         facts=_facts(document, spec),
-        tables=[told.table(told.verdicts())],
+        tables=[*compare([run], predictions).tables(), told.table(told.verdicts(STATIC))],
     )
 
 
@@ -58,12 +68,19 @@ def caution(texts: tuple[str, ...]) -> None:
         print(f'caution: {text}', file=sys.stderr)
 
 
-def _lines(document: dict[str, Any], estimate: Estimate) -> list[str]:
+def _lines(
+    document: dict[str, Any], estimate: Estimate, predictions: Sequence[Prediction]
+) -> list[str]:
     speed = document['rig_s'] / document['wall_s'] if document['wall_s'] > 0 else 0.0
     lost = sum(topic['lost'] for topic in document['topics'].values())
     received = sum(topic['received'] for topic in document['topics'].values())
     lines = [
         event_table([(document['run_id'], estimate)]),
+        '',
+        *(
+            f'{dof_name(item.dof)} {direction_name(item.direction)}, {item.theory}: {item.sentence}'
+            for item in label_all(estimate, predictions)
+        ),
         '',
         f'{document["mode"]}: {document["rig_s"]:.1f} s of rig time in '
         f'{document["wall_s"]:.2f} s ({speed:.0f} times real time), '

@@ -18,6 +18,7 @@ from qzs_rig.errors import InputError, RunAbortedError
 from qzs_rig.estimation.estimate import from_json
 from qzs_rig.estimation.parameters import settings_of
 from qzs_rig.parameters import RunSpec
+from qzs_rig.prediction.predict import predict
 from qzs_rig.stages import ExciterStage, PlatformStage
 
 
@@ -107,7 +108,8 @@ def _finish(options: argparse.Namespace, nodes: Nodes, spec: RunSpec, folder: Pa
     document = json.loads(path.read_text(encoding='utf-8'))
     document['cpu_s'] = round(nodes.cpu_s(), 3)
     estimate = from_json((folder / 'estimate.json').read_text(encoding='utf-8'))
-    code = present(options, document, estimate, spec, folder)
+    predictions = runfolder.theory_in(folder) or predict(spec)
+    code = present(options, document, estimate, spec, folder, predictions)
     _complete(path, document)
     return code
 

@@ -16,6 +16,7 @@ from qzs_rig.cli.outcome import caution, present
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import RigError, RunAbortedError
 from qzs_rig.parameters import RunSpec
+from qzs_rig.prediction.predict import predict
 from qzs_rig.recording import Recording
 from qzs_rig.runsheet import RunSheet
 from qzs_rig.stages import ExciterStage, PlatformOutput
@@ -47,6 +48,7 @@ def execute(options: argparse.Namespace) -> int:
     runfolder.refuse_occupied(folder)
     sheet = sheet_of(spec, options.scenario, run_id)
     recorder = None if options.no_bag else Recorder(folder, spec, sheet)
+    predictions = predict(spec)
     progress = bar(sheet.samples * sheet.step_ns / NS, 's', 'run')
     try:
         result = rig.run(
@@ -54,6 +56,7 @@ def execute(options: argparse.Namespace) -> int:
             sheet.start_ns,
             tap=recorder.keep if recorder else None,
             progress=lambda done, _: progress.update(done * sheet.step_ns / NS - progress.n),
+            predictions=predictions,
         )
     except (RigError, KeyboardInterrupt) as error:
         reason = str(error) or 'stopped by the operator'
@@ -63,10 +66,12 @@ def execute(options: argparse.Namespace) -> int:
         raise RunAbortedError(reason) from error
     finally:
         progress.close()
+    state = 'aborted' if result.stopped else 'finished'
     if recorder:
-        recorder.close(sheet.of(state='finished'))
+        recorder.close(sheet.of(state=state, reason=result.stopped, samples=result.samples))
     caution(result.cautions)
     path = runfolder.keep(folder / 'estimate.json', result.estimate.to_json() + '\n')
+    runfolder.keep_theory(folder, run_id, predictions, result.estimate)
     counts = {'published': result.samples, 'received': result.samples, 'lost': 0, 'duplicated': 0}
     document = runfolder.run_document(
         run_id,
@@ -75,12 +80,12 @@ def execute(options: argparse.Namespace) -> int:
         result.wall_s,
         {name: dict(counts) for name in ('base/imu', 'top/imu')},
         {'bag': folder if recorder else None, 'estimate': path, 'report': folder / 'report.html'},
-        state='finished',
-        reason='',
+        state=state,
+        reason=result.stopped,
         scenario=sheet.scenario,
     )
     runfolder.keep_document(folder / 'run.json', document)
-    return present(options, document, result.estimate, spec, folder)
+    return present(options, document, result.estimate, spec, folder, predictions)
 
 
 def sheet_of(spec: RunSpec, name: str, run_id: str) -> RunSheet:

@@ -15,6 +15,7 @@ from qzs_rig.cli import options as shared
 from qzs_rig.compare.tables import Table
 from qzs_rig.datasheet import figures, summary, write
 from qzs_rig.dof import DOFS
+from qzs_rig.drawing.write import pictures
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.platform import platform_design, refuse_coupled_words
@@ -106,7 +107,7 @@ def _written(folder: Path, found: summary.Summary, tables: list[Table]) -> list[
     sheets = figures.sheets(found)
     paths = [write.page(folder, found, sheets, tables), write.curves(folder, found)]
     try:
-        paths += write.pictures(folder, sheets)
+        paths += pictures(folder, sheets)
     except ImportError:
         print(
             "caution: figures as SVG and PNG need matplotlib; pip install 'qzs_rig[picture]'",

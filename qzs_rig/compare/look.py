@@ -33,6 +33,10 @@ EVENT_MARKS = {
     'jump_up': EventMark('triangle-up', '^', '▲'),
     'jump_down': EventMark('triangle-down', 'v', '▼'),
 }
+FOLD_MARKS = {
+    'jump_up': EventMark('arrow-up', r'$\uparrow$', '↑'),
+    'jump_down': EventMark('arrow-down', r'$\downarrow$', '↓'),
+}
 OTHER_MARK = EventMark('square', 's', '■')
 ARROWS = {
     'forward': EventMark('triangle-right', '>', '▶'),

@@ -17,9 +17,9 @@ from qzs_rig.compare.match_events import (
 )
 from qzs_rig.compare.match_theory import TheoryDifference, theory_difference, theory_table
 from qzs_rig.compare.tables import Table
-from qzs_rig.compare.theory_overlay import TheoryCurve
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate
+from qzs_rig.prediction.curve import Prediction
 
 SCHEMA = 'qzs_rig/compare/1'
 
@@ -58,7 +58,7 @@ class Comparison:
 
 
 def compare(
-    estimates: Sequence[tuple[str, Estimate]], theory: Sequence[TheoryCurve] = ()
+    estimates: Sequence[tuple[str, Estimate]], theory: Sequence[Prediction] = ()
 ) -> Comparison:
     """Compare labelled `estimates`: the first is the reference of all others.
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.compare.names import direction_order, dof_order
-from qzs_rig.compare.theory_overlay import TheoryCurve
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
+from qzs_rig.prediction.curve import Prediction
 from qzs_rig.timehistory import Array
 
 Labelled = Sequence[tuple[str, Estimate]]
@@ -48,7 +48,7 @@ class Ranges:
     thd_percent: float | None
 
 
-def dofs_of(estimates: Labelled, theory: Sequence[TheoryCurve]) -> list[str]:
+def dofs_of(estimates: Labelled, theory: Sequence[Prediction]) -> list[str]:
     """Every degree of freedom with something to draw, in the rig's order."""
     names = {curve.dof for _, estimate in estimates for curve in estimate.curves}
     return sorted(names | {curve.dof for curve in theory}, key=dof_order)
@@ -68,14 +68,15 @@ def shown(dof: str, estimates: Labelled) -> list[Shown]:
     return result
 
 
-def ranges(curves: Sequence[Curve], theory: Sequence[TheoryCurve]) -> Ranges:
+def ranges(curves: Sequence[Curve], theory: Sequence[Prediction]) -> Ranges:
     """First view: all that was measured and T = 1; theory counts only where nothing was."""
     f = _finite([curve.frequency_hz for curve in curves]) if curves else np.empty(0)
-    f = f if f.size else _finite([curve.frequency_hz for curve in theory])
+    branches = [branch for prediction in theory for branch in prediction.branches]
+    f = f if f.size else _finite([branch.frequency_hz for branch in branches])
     T = _finite([curve.magnitude for curve in curves])
-    T = T if T.size else _finite([curve.magnitude[curve.stable] for curve in theory])
+    T = T if T.size else _finite([branch.transmissibility[branch.stable] for branch in branches])
     T = T[(T > 1e-4) & (T < 1e4)]
-    phase = _finite([curve.phase_deg for curve in curves] or [curve.phase_deg for curve in theory])
+    phase = _finite([item.phase_deg for item in (curves or branches)])
     thd = _finite([curve.thd for curve in curves])
     low, high = (float(f.min()), float(f.max())) if f.size else (1.0, 10.0)
     wraps = bool(np.any(phase > 45))
@@ -95,20 +96,19 @@ def phase_line(curve: Curve) -> Line:
     return Line(*(np.insert(column, leaps, np.nan) for column in columns))
 
 
-def theory_line(theory: TheoryCurve, stable: bool) -> Line:
+def theory_line(theory: Prediction, stable: bool) -> Line:
     """All stable or all unstable stretches of `theory`, with breaks between; an unstable stretch
     reaches its stable neighbours, so that nothing is left blank."""
     pieces: list[tuple[Array, Array, Array]] = []
     gap = np.array([np.nan])
-    for column in range(theory.magnitude.shape[1]):
-        T, phase = theory.magnitude[:, column], theory.phase_deg[:, column]
-        on = np.isfinite(T)
-        steady = theory.stable[:, column]
-        whole = on[:-1] & on[1:]
-        drawn = whole & ((steady[:-1] & steady[1:]) == stable)
+    for branch in theory.branches:
+        drawn = (branch.stable[:-1] & branch.stable[1:]) == stable
         for first, last in _runs(drawn):
             cut = slice(first, last + 1)
-            pieces.append((theory.frequency_hz[cut], T[cut], phase[cut]))
+            phase = branch.phase_deg[cut]
+            # a phase that leaps through ±180 degrees is no line
+            phase = np.where(np.abs(np.diff(phase, prepend=phase[0])) > 180, np.nan, phase)
+            pieces.append((branch.frequency_hz[cut], branch.transmissibility[cut], phase))
             pieces.append((gap, gap, gap))
     if not pieces:
         return Line(np.empty(0), np.empty(0), np.empty(0))

@@ -11,6 +11,7 @@ import numpy as np
 
 from qzs_rig.compare.look import (
     ARROWS,
+    FOLD_MARKS,
     GRID,
     INK,
     QUIET,
@@ -33,8 +34,8 @@ from qzs_rig.compare.panels import (
     theory_line,
 )
 from qzs_rig.compare.save import refuse_existing, write_new
-from qzs_rig.compare.theory_overlay import TheoryCurve
 from qzs_rig.errors import InputError
+from qzs_rig.prediction.curve import Prediction
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,7 +48,7 @@ def write_picture(
     path: Path,
     estimates: Labelled,
     *,
-    theory: Sequence[TheoryCurve] = (),
+    theory: Sequence[Prediction] = (),
     dofs: Sequence[str] = (),
     title: str = '',
 ) -> None:
@@ -68,7 +69,7 @@ def write_picture(
 def _drawn(
     dofs: Sequence[str],
     estimates: Labelled,
-    theory: Sequence[TheoryCurve],
+    theory: Sequence[Prediction],
     title: str,
     kind: str,
 ) -> bytes:
@@ -93,7 +94,7 @@ def _drawn(
 
 
 def _column(
-    magnitude: Axes, phase: Axes, dof: str, estimates: Labelled, theory: Sequence[TheoryCurve]
+    magnitude: Axes, phase: Axes, dof: str, estimates: Labelled, theory: Sequence[Prediction]
 ) -> None:
     curves = shown(dof, estimates)
     predictions = [curve for curve in theory if curve.dof == dof]
@@ -108,7 +109,7 @@ def _column(
         magnitude.legend(frameon=False, fontsize=8)
 
 
-def _theory(magnitude: Axes, phase: Axes, theory: TheoryCurve, colour: str) -> None:
+def _theory(magnitude: Axes, phase: Axes, theory: Prediction, colour: str) -> None:
     for stable, dash in ((True, '-'), (False, '--')):
         line = theory_line(theory, stable)
         if line.frequency_hz.size:
@@ -116,6 +117,10 @@ def _theory(magnitude: Axes, phase: Axes, theory: TheoryCurve, colour: str) -> N
             style: dict[str, Any] = {'color': colour, 'linestyle': dash, 'linewidth': 0.8}
             magnitude.plot(line.frequency_hz, line.magnitude, label=_plain(label), **style)
             phase.plot(line.frequency_hz, line.phase_deg, **style)
+    for fold in theory.folds:
+        mark = FOLD_MARKS[fold.kind].matplotlib
+        style = {'color': colour, 'marker': mark, 'markersize': 9, 'linestyle': ''}
+        magnitude.plot(fold.frequency_hz, fold.transmissibility[0], **style)
 
 
 def _curve(magnitude: Axes, phase: Axes, item: Shown, several: bool) -> None:

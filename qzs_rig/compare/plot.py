@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from html import escape
-from typing import Any
-
-import numpy as np
 
 from qzs_rig.compare.look import (
     ARROWS,
@@ -29,17 +25,16 @@ from qzs_rig.compare.panels import (
     phase_line,
     ranges,
     shown,
-    theory_line,
 )
-from qzs_rig.compare.theory_overlay import TheoryCurve
-from qzs_rig.timehistory import Array
+from qzs_rig.compare.theory_traces import point_texts, theory_traces
+from qzs_rig.compare.traces import Document, escaped, hover, number, numbers
+from qzs_rig.prediction.curve import Prediction
 
-Document = dict[str, Any]
 MANY_POINTS = 150
 """Above this, points melt into a line and only the direction arrows are marked."""
 
 
-def figure(dof: str, estimates: Labelled, theory: Sequence[TheoryCurve]) -> Document:
+def figure(dof: str, estimates: Labelled, theory: Sequence[Prediction]) -> Document:
     """`data` and `layout` for Plotly.newPlot: magnitude over phase over THD, one frequency axis.
 
     Text from outside is escaped for plotly's own markup; numbers that are not finite are null.
@@ -50,41 +45,18 @@ def figure(dof: str, estimates: Labelled, theory: Sequence[TheoryCurve]) -> Docu
     several = len(estimates) > 1
     traces: list[Document] = []
     for item in curves:
-        traces += _curve_traces(item, several, view.thd_percent is not None)
+        texts = point_texts(item.curve, predictions)
+        traces += _curve_traces(item, several, view.thd_percent is not None, texts)
     # Thin and on top: a good measurement would hide it.
     for k, prediction in enumerate(predictions):
-        traces += _theory_traces(prediction, theory_hue(k))
+        traces += theory_traces(prediction, theory_hue(k))
     return {'data': traces, 'layout': _layout(view)}
 
 
-def _theory_traces(theory: TheoryCurve, colour: str) -> list[Document]:
-    traces: list[Document] = []
-    for stable in (True, False):
-        line = theory_line(theory, stable)
-        if not line.frequency_hz.size:
-            continue
-        name = _escaped(theory.label) + ('' if stable else ', unstable')
-        style = {
-            'type': 'scatter',
-            'mode': 'lines',
-            'x': _numbers(line.frequency_hz),
-            'name': name,
-            'legendgroup': name,
-            'line': {'color': colour, 'width': 1.1, 'dash': 'solid' if stable else '5px,4px'},
-        }
-        traces.append(style | {'y': _numbers(line.magnitude), 'hovertemplate': _hover('T', '')})
-        traces.append(
-            style
-            | {'y': _numbers(line.phase_deg), 'yaxis': 'y2', 'showlegend': False}
-            | {'hovertemplate': _hover('phase', '°')}
-        )
-    return traces
-
-
-def _curve_traces(item: Shown, several: bool, with_thd: bool) -> list[Document]:
+def _curve_traces(item: Shown, several: bool, with_thd: bool, texts: list[str]) -> list[Document]:
     curve = item.curve
     colour, words = hue(item.item, curve.direction), direction_name(curve.direction)
-    name = _escaped(f'{item.label}, {words}' if several else words)
+    name = escaped(f'{item.label}, {words}' if several else words)
     style: Document = {
         'type': 'scatter',
         'name': name,
@@ -95,20 +67,20 @@ def _curve_traces(item: Shown, several: bool, with_thd: bool) -> list[Document]:
     quiet = {'mode': 'lines', 'showlegend': False}
     traces = [
         style
-        | {'x': _numbers(curve.frequency_hz), 'y': _numbers(curve.magnitude)}
+        | {'x': numbers(curve.frequency_hz), 'y': numbers(curve.magnitude)}
         | {'mode': 'lines+markers', 'marker': _markers(item, colour)}
-        | {'hovertemplate': _hover('T', '')},
+        | {'hovertemplate': hover('T', '%{text}'), 'text': texts},
         style
         | quiet
-        | {'x': _numbers(phase.frequency_hz), 'y': _numbers(phase.phase_deg), 'yaxis': 'y2'}
-        | {'hovertemplate': _hover('phase', '°')},
+        | {'x': numbers(phase.frequency_hz), 'y': numbers(phase.phase_deg), 'yaxis': 'y2'}
+        | {'hovertemplate': hover('phase', '°')},
     ]
     if with_thd:
         traces.append(
             style
             | quiet
-            | {'x': _numbers(curve.frequency_hz), 'y': _numbers(100 * curve.thd), 'yaxis': 'y3'}
-            | {'hovertemplate': _hover('THD', ' %')}
+            | {'x': numbers(curve.frequency_hz), 'y': numbers(100 * curve.thd), 'yaxis': 'y3'}
+            | {'hovertemplate': hover('THD', ' %')}
         )
     if item.events:
         traces.append(_event_trace(item, name, colour))
@@ -134,10 +106,10 @@ def _event_trace(item: Shown, name: str, colour: str) -> Document:
         'name': f'{name}, events',
         'legendgroup': f'{item.item} {name}',
         'showlegend': False,
-        'x': [_number(event.frequency_hz) for event in events],
-        'y': [_number(event.magnitude) for event in events],
-        'text': [_escaped(event_name(event.kind)) for event in events],
-        'customdata': [_number(event.resolution_hz) for event in events],
+        'x': [number(event.frequency_hz) for event in events],
+        'y': [number(event.magnitude) for event in events],
+        'text': [escaped(event_name(event.kind)) for event in events],
+        'customdata': [number(event.resolution_hz) for event in events],
         'marker': {
             'symbol': [event_mark(event.kind).plotly for event in events],
             'size': 12,
@@ -148,10 +120,6 @@ def _event_trace(item: Shown, name: str, colour: str) -> Document:
         'hovertemplate': '<b>%{text}</b><br>%{x:.3f} ± %{customdata:.3f} Hz<br>'
         f'T = %{{y:.4g}}<extra>{name}</extra>',
     }
-
-
-def _hover(quantity: str, unit: str) -> str:
-    return f'%{{x:.4g}} Hz<br>{quantity} = %{{y:.4g}}{unit}<extra>%{{fullData.name}}</extra>'
 
 
 def _layout(view: Ranges) -> Document:
@@ -252,16 +220,3 @@ def _unit_label() -> Document:
     text = {'text': 'T = 1', 'showarrow': False, 'font': {'size': 11, 'color': QUIET}}
     # On a logarithmic axis an annotation is placed by the exponent.
     return place | text
-
-
-def _escaped(text: str) -> str:
-    """`text` for plotly's markup, which knows &lt; but not &quot;."""
-    return escape(text, quote=False)
-
-
-def _numbers(values: Array) -> list[float | None]:
-    return [_number(value) for value in np.asarray(values, dtype=np.float64)]
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -18,7 +18,7 @@ from qzs_rig.compare.sections import (
     table_section,
 )
 from qzs_rig.compare.tables import Table
-from qzs_rig.compare.theory_overlay import TheoryCurve
+from qzs_rig.prediction.curve import Prediction
 
 __all__ = ['event_table', 'report_page', 'write_picture', 'write_report']
 
@@ -28,7 +28,7 @@ def write_report(
     title: str,
     estimates: Labelled,
     *,
-    theory: Sequence[TheoryCurve] = (),
+    theory: Sequence[Prediction] = (),
     facts: Sequence[tuple[str, str]] = (),
     tables: Sequence[Table] = (),
 ) -> None:
@@ -45,7 +45,7 @@ def report_page(
     title: str,
     estimates: Labelled,
     *,
-    theory: Sequence[TheoryCurve] = (),
+    theory: Sequence[Prediction] = (),
     facts: Sequence[tuple[str, str]] = (),
     tables: Sequence[Table] = (),
 ) -> str:

@@ -11,8 +11,8 @@ from qzs_rig.compare.names import direction_name, dof_name, event_name
 from qzs_rig.compare.panels import Labelled, Shown, shown
 from qzs_rig.compare.plot import figure
 from qzs_rig.compare.tables import Table, number
-from qzs_rig.compare.theory_overlay import TheoryCurve
 from qzs_rig.estimation.estimate import EVENT_KINDS
+from qzs_rig.prediction.curve import Prediction
 
 
 def header(
@@ -56,7 +56,7 @@ def table_section(table: Table) -> str:
     )
 
 
-def figure_section(k: int, dof: str, estimates: Labelled, theory: Sequence[TheoryCurve]) -> str:
+def figure_section(k: int, dof: str, estimates: Labelled, theory: Sequence[Prediction]) -> str:
     """Figure number `k`: what it says in words, the place to draw it, and its data."""
     drawing = figure(dof, estimates, theory)
     curves = shown(dof, estimates)
@@ -92,7 +92,7 @@ def quality_section(estimates: Labelled) -> str:
     )
 
 
-def reading_section(estimates: Labelled, theory: Sequence[TheoryCurve]) -> str:
+def reading_section(estimates: Labelled, theory: Sequence[Prediction]) -> str:
     """The conventions, and which estimator each curve is from."""
     used = sorted({(curve.estimator, curve.quantity) for _, e in estimates for curve in e.curves})
     sources = '; '.join(f'{escape(name)} ({escape(quantity)})' for name, quantity in used)
@@ -101,7 +101,11 @@ def reading_section(estimates: Labelled, theory: Sequence[TheoryCurve]) -> str:
         'where T &lt; 1. The phase is that of the top against the base, negative when it lags. '
         'THD is the root sum square of the top&#39;s harmonics over its fundamental.',
         f'Estimated by: {sources}.' if sources else '',
-        'Theory: solid where the motion is stable, dashed where it is not.' if theory else '',
+        'Theory: solid where the motion is stable, dashed where it is not, an arrow where a sweep '
+        'cannot go on and jumps up or down. A measured point is on the stable branch nearest in T, '
+        'on none farther than a factor of 2; σ is the stated uncertainty of the point.'
+        if theory
+        else '',
         'Drag to zoom, double-click to return, click a name to hide its curves.',
     ]
     return '<footer>' + ''.join(f'<p>{line}</p>' for line in lines if line) + '</footer>\n'

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from qzs_rig.compare.names import dof_name
 from qzs_rig.datasheet.summary import Summary
 from qzs_rig.dof import DOFS, TRANSLATIONS
+from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
@@ -25,37 +25,6 @@ SPANS = {
 NEAR_SPAN = 0.5
 POINTS = 401
 TRIM_KG = 40.0
-
-
-class Line(NamedTuple):
-    """One curve; `style` counts colours, `stroke` is broad, solid, dashed, dotted, or marks
-    (points that no line joins)."""
-
-    label: str
-    x: Array
-    y: Array
-    style: int
-    stroke: str = 'solid'
-
-
-class Panel(NamedTuple):
-    """One pair of axes; `log` names those that are logarithmic: '', 'x' or 'xy'."""
-
-    title: str
-    x_label: str
-    y_label: str
-    lines: tuple[Line, ...]
-    log: str = ''
-
-
-class Sheet(NamedTuple):
-    """One figure, numbered as in the paper; panels row by row."""
-
-    name: str
-    title: str
-    caption: str
-    panels: tuple[Panel, ...]
-    columns: int
 
 
 def sheets(found: Summary) -> list[Sheet]:

@@ -12,11 +12,11 @@ from qzs_rig.compare.page import page as html_page
 from qzs_rig.compare.save import write_new
 from qzs_rig.compare.sections import header, table_section
 from qzs_rig.compare.tables import Table
-from qzs_rig.datasheet.figures import POINTS, SPANS, Sheet
-from qzs_rig.datasheet.interactive import section
-from qzs_rig.datasheet.still import still
+from qzs_rig.datasheet.figures import POINTS, SPANS
 from qzs_rig.datasheet.summary import Summary
 from qzs_rig.dof import DOFS
+from qzs_rig.drawing.interactive import section
+from qzs_rig.drawing.sheet import Sheet
 from qzs_rig.mechanics import statics
 
 COLUMNS = 'law,dof,x,force,stiffness'
@@ -37,16 +37,6 @@ def page(folder: Path, found: Summary, sheets: Sequence[Sheet], tables: Sequence
     path = folder / 'statics.html'
     write_new(path, html_page(title, ''.join(body)).encode())
     return path
-
-
-def pictures(folder: Path, sheets: Sequence[Sheet]) -> list[Path]:
-    """Each sheet as SVG and PNG; raises ImportError where matplotlib is not installed."""
-    paths = []
-    for sheet in sheets:
-        for kind in ('svg', 'png'):
-            paths.append(folder / f'{sheet.name}.{kind}')
-            write_new(paths[-1], still(sheet, kind))
-    return paths
 
 
 def curves(folder: Path, found: Summary) -> Path:

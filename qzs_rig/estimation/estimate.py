@@ -24,6 +24,8 @@ class Curve:
     All arrays are (n,). `magnitude` is |top| / |base| of the named `quantity` (`fundamental`),
     `phase_deg` the phase of top against base in (-180, 180], `thd` the root sum square of the
     top's harmonics 2 and up over its fundamental (NaN where the sample rate shows none).
+    `uncertainty` is the standard uncertainty of the magnitude (estimation.uncertainty); left out,
+    it is NaN: nobody stated one.
     """
 
     dof: str
@@ -34,6 +36,11 @@ class Curve:
     magnitude: Array
     phase_deg: Array
     thd: Array
+    uncertainty: Array = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        if len(self.uncertainty) != len(self.frequency_hz):
+            object.__setattr__(self, 'uncertainty', np.full(len(self.frequency_hz), np.nan))
 
 
 @dataclass(frozen=True)
@@ -71,6 +78,7 @@ class Estimate:
                     'magnitude': _numbers(curve.magnitude),
                     'phase_deg': _numbers(curve.phase_deg),
                     'thd': _numbers(curve.thd),
+                    'uncertainty': _numbers(curve.uncertainty),
                 }
                 for curve in self.curves
             ],
@@ -99,6 +107,8 @@ def from_document(document: Any) -> Estimate:
                 magnitude=_array(item['magnitude']),
                 phase_deg=_array(item['phase_deg']),
                 thd=_array(item['thd']),
+                # files of earlier versions state none
+                uncertainty=_array(item.get('uncertainty', [])),
             )
             for item in document['curves']
         )

@@ -18,7 +18,8 @@ STEADY = 0.02
 
 class Plateau(NamedTuple):
     """One step: mean frequency (Hz), T and distortion over the `points` that agree at its end;
-    `scatter` is the largest |T - mean T| / |mean T| there, `settled` whether it is tolerated.
+    `scatter` is the largest |T - mean T| / |mean T| there, `settled` whether it is tolerated,
+    `noise` the relative uncertainty of one of those points.
     The mean of an unsettled plateau is that of its later half."""
 
     frequency_hz: float
@@ -27,6 +28,7 @@ class Plateau(NamedTuple):
     points: int
     scatter: float
     settled: bool
+    noise: float
 
 
 def plateau_bounds(frequency_hz: Array, tolerance: float) -> list[tuple[int, int]]:
@@ -69,6 +71,7 @@ def settle(track: Track, settings: TrackedSineSettings) -> Plateau:
         points=len(values) - first,
         scatter=float(scatter.max()),
         settled=settled,
+        noise=float(part.noise[first:].mean()),
     )
 
 

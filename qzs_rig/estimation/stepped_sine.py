@@ -91,8 +91,12 @@ class SteppedSine:
             transmissibility=np.array([step.transmissibility for step in steps], np.complex128),
             thd=np.array([step.thd for step in steps]),
             amplitude=np.ones(len(steps)),
+            noise=np.array([step.noise for step in steps]),
         )
+        scatter = np.array([step.scatter for step in steps])
         return [
-            track.slice(run.first, run.last).curve(dof, run.direction, self.name)
+            track.slice(run.first, run.last).curve(
+                dof, run.direction, self.name, scatter[run.first : run.last]
+            )
             for run in monotone_runs(track.frequency_hz, 0.0)
         ]

@@ -10,19 +10,21 @@ from numpy.typing import NDArray
 
 from qzs_rig.estimation.estimate import Curve
 from qzs_rig.estimation.tracker import Point
+from qzs_rig.estimation.uncertainty import noise
 from qzs_rig.timehistory import Array
 
 
 @dataclass(frozen=True)
 class Track:
     """Columns (n,): centre times (s), base frequency (Hz), T = top / base, the top's distortion,
-    base amplitude (m/s² or rad/s)."""
+    base amplitude (m/s² or rad/s), relative uncertainty of T from noise."""
 
     time_s: Array
     frequency_hz: Array
     transmissibility: NDArray[np.complex128]
     thd: Array
     amplitude: Array
+    noise: Array
 
     def __len__(self) -> int:
         return int(self.time_s.shape[0])
@@ -36,10 +38,13 @@ class Track:
             self.transmissibility[part],
             self.thd[part],
             self.amplitude[part],
+            self.noise[part],
         )
 
-    def curve(self, dof: str, direction: str, estimator: str) -> Curve:
-        """The track as a Curve of fundamentals."""
+    def curve(self, dof: str, direction: str, estimator: str, unrest: Array) -> Curve:
+        """The track as a Curve of fundamentals; `unrest` (n,) is the relative uncertainty of T
+        because it did not stand still."""
+        magnitude = np.abs(self.transmissibility)
         phase = np.degrees(np.angle(self.transmissibility))
         return Curve(
             dof=dof,
@@ -47,16 +52,18 @@ class Track:
             estimator=estimator,
             quantity='fundamental',
             frequency_hz=self.frequency_hz,
-            magnitude=np.abs(self.transmissibility),
+            magnitude=magnitude,
             phase_deg=np.where(phase == -180.0, 180.0, phase),
             thd=self.thd,
+            uncertainty=magnitude * np.hypot(self.noise, unrest),
         )
 
 
 def track_of(points: Sequence[Point]) -> Track:
     """The columns of `points`."""
     real = np.array(
-        [(p.time_s, p.frequency_hz, p.thd, p.base_amplitude) for p in points], dtype=np.float64
-    ).reshape(-1, 4)
+        [(p.time_s, p.frequency_hz, p.thd, p.base_amplitude, noise(p)) for p in points],
+        dtype=np.float64,
+    ).reshape(-1, 5)
     value = np.array([p.transmissibility for p in points], dtype=np.complex128)
-    return Track(real[:, 0], real[:, 1], value, real[:, 2], real[:, 3])
+    return Track(real[:, 0], real[:, 1], value, *real[:, 2:].T)

@@ -19,6 +19,7 @@ from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.estimation.sine_fit import SineFitter
 from qzs_rig.estimation.track import Track, track_of
 from qzs_rig.estimation.tracker import Point, Tracker, search_lengths
+from qzs_rig.estimation.uncertainty import unrest
 from qzs_rig.timehistory import NS, Array
 
 
@@ -108,9 +109,15 @@ class TrackedSine:
         for dof, track in self.tracks().items():
             for run in sweep_runs(track.frequency_hz):
                 part = track.slice(run.first, run.last)
+                moved = unrest(
+                    part.time_s,
+                    part.frequency_hz,
+                    np.abs(part.transmissibility),
+                    self._settings.periods,
+                )
                 if run.direction == 'none':
-                    part = _dwell(dof, part, self._settings, unsettled)
-                curves.append(part.curve(dof, run.direction, self.name))
+                    part, moved = _dwell(dof, part, self._settings, unsettled)
+                curves.append(part.curve(dof, run.direction, self.name, moved))
         events = tuple(event for curve in curves for event in find_events(curve))
         return Estimate(tuple(curves), events, self.quality() | {'unsettled': unsettled})
 
@@ -143,17 +150,19 @@ class TrackedSine:
 
 def _dwell(
     dof: str, track: Track, settings: TrackedSineSettings, unsettled: list[dict[str, Any]]
-) -> Track:
+) -> tuple[Track, Array]:
     plateau = settle(track, settings)
     if not plateau.settled:
         unsettled.append(unsettled_report(dof, plateau.frequency_hz, plateau.scatter))
-    return Track(
+    point = Track(
         time_s=track.time_s[-1:],
         frequency_hz=np.array([plateau.frequency_hz]),
         transmissibility=np.array([plateau.transmissibility]),
         thd=np.array([plateau.thd]),
         amplitude=track.amplitude[-1:],
+        noise=np.array([plateau.noise]),
     )
+    return point, np.array([plateau.scatter])
 
 
 def unsettled_report(dof: str, frequency_hz: float, scatter: float) -> dict[str, Any]:

@@ -31,8 +31,8 @@ GROWTH = 1.0
 
 class Point(NamedTuple):
     """One window: time of its centre (s since sample 0), the base's frequency (Hz) and sweep rate
-    (Hz/s) there, T = top / base, the top's distortion, the base's amplitude (m/s² or rad/s) and
-    the residuals of both fits, rms over the fundamental's rms."""
+    (Hz/s) there, T = top / base, the top's distortion, the base's amplitude (m/s² or rad/s),
+    the residuals of both fits, rms over the fundamental's rms, and the samples of the window."""
 
     time_s: float
     dof: str
@@ -43,6 +43,7 @@ class Point(NamedTuple):
     base_amplitude: float
     base_residual: float
     top_residual: float
+    samples: int
 
 
 class _Lock(NamedTuple):
@@ -181,6 +182,7 @@ class Tracker:
                 abs(fit.base),
                 fit.base_residual,
                 fit.top_residual,
+                2 * lock.half + 1,
             )
         )
 

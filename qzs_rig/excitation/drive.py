@@ -93,7 +93,11 @@ class Drive:
 
     def frequency_hz(self, t: float) -> float:
         """Commanded frequency at time t in s."""
-        return float(self._cycles(np.array([t])).frequency[0])
+        return float(self.frequencies_hz(np.array([t]))[0])
+
+    def frequencies_hz(self, t: Array) -> Array:
+        """Commanded frequency at times t (n,) in s, rising."""
+        return self._cycles(t).frequency
 
     def _cycles(self, t: Array) -> Cycles:
         out = Cycles(*(np.empty_like(t) for _ in range(4)))

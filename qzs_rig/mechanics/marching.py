@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 from qzs_rig.mechanics.restoring import RESTORING, bulk
+from qzs_rig.mechanics.restoring.roots import rsqrt
 
 March = Callable[..., Any]
 
@@ -58,7 +58,7 @@ def march(
 @cache
 def interpreted(law: str) -> tuple[March, tuple[Any, ...]]:
     """`march` and the four formulas of a law for the plain interpreter."""
-    return march, RESTORING[law].bind(math.sqrt)
+    return march, RESTORING[law].around(rsqrt)
 
 
 @cache
@@ -81,4 +81,4 @@ def compiled(law: str) -> tuple[March, tuple[Any, ...]]:
         *(line,) * 7,
     )
     fast = njit(signature, cache=True, nogil=True)(march)
-    return fast, bulk.compiled(RESTORING[law].bind)
+    return fast, bulk.compiled(RESTORING[law].around)

@@ -12,8 +12,11 @@ from std_srvs.srv import Trigger
 
 from qzs_rig import runfolder, wire
 from qzs_rig.analysis import AnalyzerStage
+from qzs_rig.errors import InputError
 from qzs_rig.estimation.parameters import dofs_of
 from qzs_rig.parameters import Parameter
+from qzs_rig.prediction.curve import Prediction
+from qzs_rig.prediction.document import from_document
 from qzs_rig.recording import Recording
 from qzs_rig.ros import qos
 from qzs_rig.ros.follower import Follower
@@ -45,6 +48,7 @@ class Analyzer(Follower):
         self._stage: AnalyzerStage | None = None
         self._recording: Recording | None = None
         self._peer_values: dict[str, str] = {}
+        self._theory: tuple[str, tuple[Prediction, ...]] = ('', ())
         profile = qos.driver(self.spec.text('analyzer.qos'))
         base, top = (wire.Topic(name, wire.BASE_IMU.type, 4000) for name in self._names)
         self.subscribe(base, self._raw[0].append, profile, bare=True)
@@ -55,6 +59,7 @@ class Analyzer(Follower):
             self.message = f'waiting for {" and ".join(self._names)}'
         else:
             self.subscribe(wire.BASE_MOTION, self._take_motion)
+            self.subscribe(wire.THEORY, self._take_theory)
 
     def endpoints(self, sheet: RunSheet) -> list[str]:
         return [f'a publisher of {name}' for name in self._names]
@@ -72,11 +77,24 @@ class Analyzer(Follower):
         self._recording = Recording(self._folder, *self._names)
         self._recording.sheet(sheet.start_ns, sheet)
         self._first_at = self._last_at = 0.0
-        self._live.forget()
+        self._live.begin(sheet.run_id, self._predictions)
         real_time = sheet.mode == 'real_time'
         step_s = (sheet.step_ns or 1) / NS
         self._batch = max(1, int(BATCH_S / step_s)) if real_time else sheet.chunk
         self._reached = [sheet.start_ns - (sheet.step_ns or NS)] * 2
+
+    def _take_theory(self, raw: bytes) -> None:
+        try:
+            told = wire.decode_json(raw, wire.THEORY.name)
+            self._theory = str(told.get('run_id')), from_document(told)
+        except InputError as error:  # a run needs no theory
+            self.get_logger().warning(f'{wire.THEORY.name}: {error}')
+
+    @property
+    def _predictions(self) -> tuple[Prediction, ...]:
+        """What theory says of this run; nothing of a driver's."""
+        run_id, predictions = self._theory
+        return predictions if self.sheet and run_id == self.sheet.run_id else ()
 
     def _take_motion(self, raw: bytes) -> None:
         if self.busy and self._recording:
@@ -146,6 +164,8 @@ class Analyzer(Follower):
         self._recording.close()
         self._recording = None
         path = runfolder.keep(self._folder / 'estimate.json', estimate.to_json() + '\n')
+        if self._predictions:
+            runfolder.keep_theory(self._folder, sheet.run_id, self._predictions, estimate)
         document = runfolder.run_document(
             sheet.run_id,
             sheet.mode,

@@ -42,12 +42,14 @@ class Exciter(Lead):
         return ['a subscriber of base/motion'] if self.peers else []
 
     def arm(self, start_ns: int) -> int:
-        self._stage = ExciterStage(self.spec, start_ns, self._step_ns)
+        self._stage = ExciterStage(self.spec, start_ns, self._step_ns, self.predictions)
         return start_ns
 
     def feed(self, n: int) -> int:
         motion: TimeHistory = self._stage.take(n)
         self._motion.publish(wire.encode_motion(motion.start_ns, motion.step_ns, motion.data))
+        if self._stage.stopped and not self._abort_reason:
+            self._ramp_down(self._stage.stopped)
         return len(motion)
 
     def soft_stop(self) -> int:

@@ -1,8 +1,9 @@
 """The node that leads a run: waits for its peers, arms them, feeds them by credit, ends the run.
 
 Handshake on `rig/run` (sheet) and `<peer>/status`: sheet waiting -> peers ready (with their part of
-the RunSpec) -> sheet armed (start, whole RunSpec) -> peers armed -> samples -> peers at the last
-sample -> sheet finished -> peers done. Anything else is sheet aborted, with a reason.
+the RunSpec) -> theory on `theory/branches` -> sheet armed (start, whole RunSpec) -> peers armed ->
+samples -> peers at the last sample -> sheet finished -> peers done. Anything else is sheet aborted,
+with a reason.
 """
 
 from __future__ import annotations
@@ -17,9 +18,12 @@ from typing import Any
 
 from std_srvs.srv import Trigger
 
-from qzs_rig import wire
-from qzs_rig.errors import PeerError, RigError
-from qzs_rig.parameters import Parameter
+from qzs_rig import scenario, wire
+from qzs_rig.errors import InputError, PeerError, RigError
+from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.prediction.curve import Prediction
+from qzs_rig.prediction.document import to_document
+from qzs_rig.prediction.predict import predict
 from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.node import RigNode
 from qzs_rig.runsheet import RunSheet
@@ -63,6 +67,8 @@ class Lead(RigNode):
         self._progress: tuple[str, int, int] = ('', 0, 0)
         self._progress_at = 0.0
         self._run = self.publisher(wire.RUN, qos.latest(wire.RUN))
+        self._theory = self.publisher(wire.THEORY)
+        self.predictions: tuple[Prediction, ...] = ()
         for peer in self.peers:
             self.subscribe(
                 PEER_STATUS[peer],
@@ -153,11 +159,28 @@ class Lead(RigNode):
         for peer in self.peers:
             part = json.loads(self.statuses[peer].values.get('spec', '{}'))
             self.sheet = self.sheet.of(spec={**self.sheet.spec, **part})
+        self._foretell()  # before the clock starts: it may take a while
         lead_s = 0.25 if self.sheet.mode == 'real_time' else 0.0
         self._start_clock = time.monotonic() + lead_s  # before `arm`, which may take a while
         start_ns = self.arm(time.time_ns() + int(lead_s * 1e9))
         self.sheet = self.sheet.of(start_ns=start_ns)
         self._announce('armed')
+
+    def _foretell(self) -> None:
+        try:
+            self.predictions = predict(self._physics())
+        except InputError as error:  # a recorded sheet may be of another version
+            self.get_logger().warning(f'no theory of this run: {error}')
+            self.predictions = ()
+        theory = to_document(self.sheet.run_id, self.predictions)
+        self._theory.publish(wire.encode_json(theory))
+
+    def _physics(self) -> RunSpec:
+        """The run as the sheet tells it; where it does not know a section, as this node does."""
+        told = {name.split('.', 1)[0] for name in self.sheet.spec}
+        known = {p.name for p in scenario.PARAMETERS if p.section not in told}
+        mine = {name: value for name, value in self.spec.items() if name in known}
+        return scenario.complete({**mine, **self.sheet.spec})
 
     def _missing(self) -> list[str]:
         missing = []

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from qzs_rig import wire
 from qzs_rig.analysis import AnalyzerStage
 from qzs_rig.estimation.estimate import Estimate
+from qzs_rig.prediction import labels
+from qzs_rig.prediction.curve import Prediction
 from qzs_rig.ros.node import RigNode
 
 ESTIMATE_S = 0.2
@@ -17,7 +19,7 @@ ESTIMATE_S = 0.2
 
 
 class Live:
-    """Publishes `analyzer/<dof>/...` and `analyzer/estimate` for one analyzer node."""
+    """Publishes `analyzer/<dof>/...`, `analyzer/estimate` and `analyzer/match` for a node."""
 
     def __init__(self, node: RigNode, dofs: Sequence[str]) -> None:
         self._node = node
@@ -29,12 +31,16 @@ class Live:
             ]
             for dof in dofs
         }
+        self._match = node.publisher(wire.MATCH)
         self._published_at = 0.0
+        self._run_id = ''
+        self._predictions: Sequence[Prediction] = ()
         self.frequency_hz: dict[str, float] = {}
         """Newest frequency of each degree of freedom that has a point."""
 
-    def forget(self) -> None:
-        """A new run begins."""
+    def begin(self, run_id: str, predictions: Sequence[Prediction]) -> None:
+        """A new run begins, of which theory says `predictions`."""
+        self._run_id, self._predictions = run_id, predictions
         self.frequency_hz.clear()
 
     def show(self, stage: AnalyzerStage) -> None:
@@ -48,11 +54,15 @@ class Live:
             values = (frequency_hz, abs(ratio), math.degrees(cmath.phase(ratio)))
             for publisher, value in zip(publishers, values, strict=True):
                 publisher.publish(wire.encode_float(value))
-        watched = not self._node.unmatched([f'a subscriber of {wire.ESTIMATE.name}'])
+        ears = [f'a subscriber of {topic.name}' for topic in (wire.ESTIMATE, wire.MATCH)]
+        watched = len(self._node.unmatched(ears)) < len(ears)
         if watched and time.monotonic() - self._published_at > ESTIMATE_S:
             self._published_at = time.monotonic()
             self.conclude(stage.preview())
 
     def conclude(self, estimate: Estimate) -> None:
-        """Publish an estimate; the last one stays for late listeners."""
+        """Publish an estimate, and where theory has its points; the last ones stay for late
+        listeners."""
         self._estimate.publish(wire.encode_json(estimate.to_document()))
+        found = labels.label_all(estimate, self._predictions)
+        self._match.publish(wire.encode_json(labels.to_document(self._run_id, found)))

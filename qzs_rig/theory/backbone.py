@@ -19,6 +19,7 @@ from qzs_rig.theory.basis import resized
 from qzs_rig.theory.continuation import Path, Point, Steps
 from qzs_rig.theory.describing import describing
 from qzs_rig.theory.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.timehistory import Array
 
@@ -86,6 +87,7 @@ class Resonant:
         return whole
 
 
+@one_thread
 def backbone(
     oscillator: Oscillator, low: float, high: float, amplitude: tuple[float, float] = (1e-3, 3.0)
 ) -> tuple[Backbone, ...]:

@@ -25,11 +25,13 @@ from qzs_rig.theory.coupled_balance import CoupledBalance
 from qzs_rig.theory.coupled_events import Pair, Whole
 from qzs_rig.theory.coupled_floquet import multipliers
 from qzs_rig.theory.coupled_follow import Track, tracks
+from qzs_rig.theory.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.response import Branch, Event, FrequencyResponse, Progress, frequency_response
 from qzs_rig.theory.unknowns import Unknowns
 
 
+@one_thread
 def coupled_response(
     geometry: Geometry,
     oscillator: Oscillator,

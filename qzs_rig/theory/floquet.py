@@ -49,11 +49,14 @@ def floquet(
     trace = np.concatenate([np.empty(0), *traces])
     share = 0.5 if odd else 1.0
     D = np.exp(-4 * np.pi * share * oscillator.zeta / omega)
-    root = np.sqrt((trace**2 - 4 * D).astype(np.complex128))
+    # as a product: the square of a multiplier of an overdamped tipping plate overflows
+    edge, half = 2 * np.sqrt(D), trace.astype(np.complex128)
+    root = np.sqrt(half - edge) * np.sqrt(half + edge)
     found = np.asarray(np.stack([trace + root, trace - root], axis=-1) / 2, dtype=np.complex128)
     if odd:
         # odd waves change sign over half a period, even ones do not
-        return Floquet(found**2, 1 + D + trace, 1 + D - trace)
+        with np.errstate(over='ignore', invalid='ignore'):
+            return Floquet(found**2, 1 + D + trace, 1 + D - trace)
     return Floquet(found, 1 + D - trace, 1 + D + trace)
 
 

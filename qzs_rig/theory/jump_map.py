@@ -18,6 +18,7 @@ from qzs_rig.theory import continuation
 from qzs_rig.theory.basis import harmonics_of
 from qzs_rig.theory.continuation import Path, Point, Steps
 from qzs_rig.theory.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.response import Event, frequency_response
 from qzs_rig.theory.unknowns import PARAMETERS, with_value
@@ -74,6 +75,7 @@ class Folds:
         return HarmonicBalance(at, self.harmonics)
 
 
+@one_thread
 def jump_map(
     oscillator: Oscillator,
     parameter: str,

@@ -20,6 +20,7 @@ from qzs_rig.theory.events import Located, Stretch, Zero, crossing, doubling, lo
 from qzs_rig.theory.floquet import Floquet, floquet
 from qzs_rig.theory.follow import Followed, Tracer, follow
 from qzs_rig.theory.harmonic_balance import HarmonicBalance, transmissibility
+from qzs_rig.theory.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.unknowns import Unknowns
 from qzs_rig.timehistory import Array
@@ -103,6 +104,7 @@ class FrequencyResponse:
         return (omega, T) if found else None
 
 
+@one_thread
 def frequency_response(
     oscillator: Oscillator,
     low: float,

@@ -55,8 +55,10 @@ def crossings(path: Followed, omega: float) -> list[Array]:
     """Motions (2H + 1,) of a path where it passes `omega`, between its points."""
     here, ahead = path.omega[:-1], path.omega[1:]
     found = []
+    # the end of a range comes back from its logarithm a bit off
     for k in np.flatnonzero(
-        (np.minimum(here, ahead) <= omega) & (omega <= np.maximum(here, ahead))
+        (np.minimum(here, ahead) <= omega * (1 + 1e-12))
+        & (omega * (1 - 1e-12) <= np.maximum(here, ahead))
     ):
         gap = ahead[k] - here[k]
         share = (omega - here[k]) / gap if gap else 0.0

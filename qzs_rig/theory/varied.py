@@ -14,6 +14,7 @@ from qzs_rig.theory.events import Stretch, locate, turning
 from qzs_rig.theory.floquet import floquet
 from qzs_rig.theory.follow import Followed, Task, follow, refined
 from qzs_rig.theory.harmonic_balance import transmissibility
+from qzs_rig.theory.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.symmetry import lopsided, symmetric
 from qzs_rig.theory.unknowns import PARAMETERS, with_value
@@ -44,6 +45,7 @@ class VariedResponse:
     branches: tuple[VariedBranch, ...]
 
 
+@one_thread
 def varied_response(
     oscillator: Oscillator, omega: float, parameter: str, low: float, high: float
 ) -> VariedResponse:

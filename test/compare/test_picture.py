@@ -8,16 +8,14 @@ from dataclasses import replace
 import pytest
 
 from qzs_rig.compare.picture import write_picture
-from qzs_rig.compare.theory_overlay import theory_curve
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate
 
 
 @pytest.mark.parametrize(('suffix', 'start'), [('.svg', b'<?xml'), ('.png', b'\x89PNG')])
-def test_same_input_same_bytes(run, case, tmp_path, suffix, start):
-    theory = [theory_curve(case, 0.4, 10.0)]
+def test_same_input_same_bytes(run, theory, tmp_path, suffix, start):
     for name in ('one', 'two'):
-        write_picture(tmp_path / (name + suffix), [('run', run)], theory=theory, title='sweep')
+        write_picture(tmp_path / (name + suffix), [('run', run)], theory=[theory], title='sweep')
     one, two = ((tmp_path / (name + suffix)).read_bytes() for name in ('one', 'two'))
     assert one == two
     assert one.startswith(start)

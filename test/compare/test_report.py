@@ -17,7 +17,6 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 from qzs_rig.compare.match import compare
 from qzs_rig.compare.report import event_table, report_page, write_report
-from qzs_rig.compare.theory_overlay import theory_curve
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate, Event
 
@@ -80,19 +79,24 @@ def cells(browser, table=0):
     return [[c.text for c in row.find_elements(By.CSS_SELECTOR, 'th,td')] for row in rows]
 
 
-def test_one_run_with_theory(browser, run, case, tmp_path):
+def test_one_run_with_theory(browser, run, theory, tmp_path):
     path = tmp_path / 'new' / 'report.html'
     facts = [('law', 'corrected'), ('lost samples', '0')]
-    theory = [theory_curve(case, 0.4, 10.0)]
-    write_report(path, 'Vertical sweep', [('run 1', run)], theory=theory, facts=facts)
+    tables = compare([('run 1', run)], [theory]).tables()
+    write_report(
+        path, 'Vertical sweep', [('run 1', run)], theory=[theory], facts=facts, tables=tables
+    )
     page = opened(browser, path)
 
     assert page.title == 'Vertical sweep'
     drawn = traces(page)
-    # Per direction: magnitude, phase, THD and events; theory: stable and unstable, T and phase.
-    assert len(drawn) == 2 * 4 + 2 * 2
+    # Per direction: magnitude, phase, THD and events; theory: stable and unstable, T and phase,
+    # and the folds.
+    assert len(drawn) == 2 * 4 + 2 * 2 + 1
     assert sum(trace['axis'] == 'y3' for trace in drawn) == 2
-    assert [t['dash'] for t in drawn if 'theory' in t['name']] == ['solid'] * 2 + ['5px,4px'] * 2
+    assert [t['dash'] for t in drawn if 'theory' in t['name'] and t['dash']] == ['solid'] * 2 + [
+        '5px,4px'
+    ] * 2
     assert len(page.find_elements(By.CSS_SELECTOR, '.plot path.js-line')) >= 10
 
     header, forward, reverse = cells(page)
@@ -103,6 +107,26 @@ def test_one_run_with_theory(browser, run, case, tmp_path):
     assert forward[4] == f'{found["forward", "peak"].magnitude:.3f}'
     assert forward[5] == '–' and reverse[6] == '–'
     assert reverse[5] == f'{found["reverse", "jump_up"].frequency_hz:.3f}'
+
+    assert [(t['name'], t['n']) for t in drawn if 'folds' in t['name']] == [
+        ('theory, one harmonic, folds', 2)
+    ]
+    hover = page.execute_script(
+        "return document.querySelector('.plot').data.find(t => t.name.includes('folds')).text"
+    )
+    low, high = theory.folds
+    assert hover[0].startswith(f'jump up at {low.frequency_hz:.4f} Hz from T = ')
+    assert hover[1].endswith(f'to T = {high.transmissibility[1]:.4g} on the lower branch')
+    points = page.execute_script("return document.querySelector('.plot').data[0].text")
+    assert points[0].startswith('<br>upper branch, z = ')
+    assert points[-1].startswith('<br>lower branch, z = ')
+    header, forward, reverse = cells(page, 1)
+    assert header[-2:] == ['within 2σ', 'remark'] and forward[-2] == reverse[-2] == '240'
+    assert re.fullmatch(
+        r'(\d+) of \1 points within 2σ of the lower branch, '
+        r'(\d+) of \2 points within 2σ of the upper branch',
+        forward[-1],
+    )
 
     facts_shown = page.find_element(By.TAG_NAME, 'dl').text.split('\n')
     assert facts_shown == ['law', 'corrected', 'lost samples', '0']

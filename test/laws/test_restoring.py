@@ -166,7 +166,7 @@ def test_many_points_give_the_same_bits_with_and_without_numba(law, monkeypatch)
     w = np.random.default_rng(3).uniform(-0.9, 0.9, (4, 40_000, 2))[:, :, ::-1]
     w = np.swapaxes(np.concatenate([w, w, w], axis=-1), 0, 2)[..., ::-1]
     assert w.size >= bulk.MANY
-    plain = bulk.in_numpy(law.bind, PAPER_DESIGN, w)
+    plain = bulk.in_numpy(law.around, PAPER_DESIGN, w)
     assert law.force(PAPER_DESIGN, w).tobytes() == plain.tobytes()
     monkeypatch.setitem(sys.modules, 'numba', None)
     bulk.kernel.cache_clear()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -12,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.mechanics.design import Design
+from qzs_rig.mechanics.restoring.roots import Root, reciprocal, rsqrt, teach_numba
 from qzs_rig.timehistory import Array
 
-Bind = Callable[[Callable[[Any], Any]], tuple[Any, ...]]
+Around = Callable[[Root], tuple[Any, ...]]
 
 MANY = 200_000
 """Values from which threads are worth waking."""
@@ -22,12 +22,12 @@ BLOCK = 65_536
 """Rows a task: few enough to share out evenly, many enough that handing out costs nothing."""
 
 
-def evaluated(bind: Bind, design: Design, w: Array) -> Array:
-    """The four formulas of `bind` at w (..., 4) -> (..., 4)."""
+def evaluated(around: Around, design: Design, w: Array) -> Array:
+    """The four formulas of `around` at w (..., 4) -> (..., 4)."""
     fill = kernel() if w.size >= MANY and w.dtype == np.float64 else None
     if fill is None:
-        return in_numpy(bind, design, w)
-    formulas, rows, out = compiled(bind), w.reshape(-1, 4), np.empty((w.size // 4, 4))
+        return in_numpy(around, design, w)
+    formulas, rows, out = compiled(around), w.reshape(-1, 4), np.empty((w.size // 4, 4))
     ratios = tuple(design)
 
     def block(k: int) -> None:
@@ -38,19 +38,22 @@ def evaluated(bind: Bind, design: Design, w: Array) -> Array:
     return out.reshape(w.shape)
 
 
-def in_numpy(bind: Bind, design: Design, w: Array) -> Array:
+def in_numpy(around: Around, design: Design, w: Array) -> Array:
     """What `evaluated` gives without numba."""
-    return np.stack([f(design, w[..., k]) for k, f in enumerate(bind(np.sqrt))], axis=-1)
+    return np.stack(
+        [f(design, w[..., k]) for k, f in enumerate(around(reciprocal(np.sqrt)))], axis=-1
+    )
 
 
 @cache
-def compiled(bind: Bind) -> tuple[Any, ...]:
+def compiled(around: Around) -> tuple[Any, ...]:
     """The four formulas compiled by numba (no fast-math); ImportError where it is missing."""
     from numba import njit
 
+    teach_numba()
     return tuple(
         njit(formula_type(), cache=True, nogil=True, error_model='numpy')(plain)
-        for plain in bind(math.sqrt)
+        for plain in around(rsqrt)
     )
 
 

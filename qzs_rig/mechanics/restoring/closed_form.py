@@ -8,19 +8,20 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Sqrt, Taylor
+from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Taylor
+from qzs_rig.mechanics.restoring.roots import Root
 
 DOMAIN = (math.inf, math.inf, math.inf, 1.0)
 """Eq (15) takes sqrt(1 - theta²) for the cosine."""
 
 
-def vertical(sqrt: Sqrt) -> Any:
+def vertical(rsqrt: Root) -> Any:
     """Eq (8) less the payload's weight b."""
 
     def force(design: Any, x: Any) -> Any:
         A, k3, L1, _, a, b = design
-        length = sqrt(x * x + a * a)
-        return x + A * x * (1.0 - 1.0 / length) + k3 * (a / length) * (x + L1) - b
+        r = rsqrt(x * x + a * a)
+        return x + A * x * (1.0 - r) + k3 * (a * r) * (x + L1) - b
 
     return force
 
@@ -41,14 +42,14 @@ def vertical_potential(design: Design, x: Any) -> Any:
     return 0.5 * (1.0 + A) * x * x - A * (length - a) + leaf - b * x
 
 
-def vertical_rotation(sqrt: Sqrt) -> Any:
+def vertical_rotation(rsqrt: Root) -> Any:
     """Eq (13)."""
 
     def torque(design: Any, theta: Any) -> Any:
         A, k3, _, L0, _, _ = design
         s = L0 * theta
         q = s * s + 1.0
-        return -A * s * (1.0 - 1.0 / sqrt(q)) + k3 * s / q
+        return -A * s * (1.0 - rsqrt(q)) + k3 * s / q
 
     return torque
 
@@ -69,14 +70,14 @@ def vertical_rotation_potential(design: Design, theta: Any) -> Any:
     return 0.5 * (k3 * np.log1p(s * s) - A * stretch * stretch) / L0
 
 
-def _horizontal(sqrt: Sqrt) -> Any:
+def _horizontal(rsqrt: Root) -> Any:
     """Eq (11); its even part is wrong (erratum E4): the plate slides into a false well."""
 
     def force(design: Any, x: Any) -> Any:
         A, _, L1, _, a, _ = design
-        near = 1.0 / sqrt((a - x) * (a - x) + L1 * L1)
-        far = 1.0 / sqrt((a + x) * (a + x) + L1 * L1)
-        slope = 1.0 - L1 / sqrt(x * x + L1 * L1) - A * (near - far)
+        near = rsqrt((a - x) * (a - x) + L1 * L1)
+        far = rsqrt((a + x) * (a + x) + L1 * L1)
+        slope = 1.0 - L1 * rsqrt(x * x + L1 * L1) - A * (near - far)
         return A * a * (near + far - 2.0) + x * slope
 
     return force
@@ -98,12 +99,13 @@ def _horizontal_potential(design: Design, x: Any) -> Any:
     return A * (far - near - 2.0 * a * x) + 0.5 * central * central
 
 
-def _horizontal_rotation(sqrt: Sqrt) -> Any:
+def _horizontal_rotation(rsqrt: Root) -> Any:
     """Eq (15); not odd (erratum E7)."""
 
     def torque(design: Any, theta: Any) -> Any:
         A, k3, _, L0, _, _ = design
-        c = sqrt(1.0 - theta * theta)
+        square = 1.0 - theta * theta
+        c = square * rsqrt(square)
         return (A * L0 * c - k3) * theta * (theta - c)
 
     return torque
@@ -126,9 +128,14 @@ def _horizontal_rotation_potential(design: Design, theta: Any) -> Any:
     return A * L0 * suspension + k3 * (1.0 - c**3 - theta**3) / 3.0
 
 
-def bind(sqrt: Sqrt) -> Formulas:
-    """The four printed laws around a square root."""
-    return vertical(sqrt), _horizontal(sqrt), vertical_rotation(sqrt), _horizontal_rotation(sqrt)
+def bind(rsqrt: Root) -> Formulas:
+    """The four printed laws around a reciprocal square root."""
+    return (
+        vertical(rsqrt),
+        _horizontal(rsqrt),
+        vertical_rotation(rsqrt),
+        _horizontal_rotation(rsqrt),
+    )
 
 
 def taylor(design: Design) -> Taylor:

@@ -8,17 +8,18 @@ import numpy as np
 
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import closed_form
-from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Sqrt, Taylor
+from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Taylor
+from qzs_rig.mechanics.restoring.roots import Root
 
 
-def _horizontal(sqrt: Sqrt) -> Any:
+def _horizontal(rsqrt: Root) -> Any:
     """Eq (11) with the stretched spring pulling (erratum E4); stiffness at 0 is 2 A a²."""
 
     def force(design: Any, x: Any) -> Any:
         A, _, L1, _, a, _ = design
-        near = 1.0 / sqrt((a - x) * (a - x) + L1 * L1) - 1.0
-        far = 1.0 / sqrt((a + x) * (a + x) + L1 * L1) - 1.0
-        central = 1.0 - L1 / sqrt(x * x + L1 * L1)
+        near = rsqrt((a - x) * (a - x) + L1 * L1) - 1.0
+        far = rsqrt((a + x) * (a + x) + L1 * L1) - 1.0
+        central = 1.0 - L1 * rsqrt(x * x + L1 * L1)
         return A * (near * (a - x) - far * (a + x)) + x * central
 
     return force
@@ -40,12 +41,13 @@ def _horizontal_potential(design: Design, x: Any) -> Any:
     return 0.5 * (A * (near * near + far * far) + central * central)
 
 
-def _horizontal_rotation(sqrt: Sqrt) -> Any:
+def _horizontal_rotation(rsqrt: Root) -> Any:
     """Odd part of Eq (15) (erratum E7); the origin tips where k3 < A L0."""
 
     def torque(design: Any, theta: Any) -> Any:
         A, k3, _, L0, _, _ = design
-        c = sqrt(1.0 - theta * theta)
+        square = 1.0 - theta * theta
+        c = square * rsqrt(square)
         return (k3 - A * L0 * c) * theta * c
 
     return torque
@@ -65,13 +67,13 @@ def _horizontal_rotation_potential(design: Design, theta: Any) -> Any:
     return leaf - A * L0 * square * (0.5 - square / 4.0)
 
 
-def bind(sqrt: Sqrt) -> Formulas:
-    """The four corrected laws around a square root."""
+def bind(rsqrt: Root) -> Formulas:
+    """The four corrected laws around a reciprocal square root."""
     return (
-        closed_form.vertical(sqrt),
-        _horizontal(sqrt),
-        closed_form.vertical_rotation(sqrt),
-        _horizontal_rotation(sqrt),
+        closed_form.vertical(rsqrt),
+        _horizontal(rsqrt),
+        closed_form.vertical_rotation(rsqrt),
+        _horizontal_rotation(rsqrt),
     )
 
 

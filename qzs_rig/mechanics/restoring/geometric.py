@@ -10,7 +10,8 @@ import numpy as np
 
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring.closed_form import vertical
-from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Sqrt, Taylor
+from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Taylor
+from qzs_rig.mechanics.restoring.roots import Root
 
 HINGE = 2.0
 """Stiffness of the hinges where nobody sets it, over the torque a radian with which the compressed
@@ -19,6 +20,8 @@ suspension springs turn the plate out of line."""
 DOMAIN = (math.inf, math.inf, math.pi, math.pi)
 """|w| below which the formulas hold. Horizontally the plate meets a base anchor at |w| = a."""
 _SQUARE = math.pi * math.pi
+_EDGE = 1e-300
+"""Keeps 0/0 out at theta = pi and changes no bit elsewhere."""
 
 
 def overturning(design: Design) -> float:
@@ -33,17 +36,17 @@ _HALF_SINE = tuple(1.0 / (2 * n * (2 * n + 1)) for n in range(12, 0, -1))
 arithmetic gives the same bits in the interpreter, numpy and numba, whose own sines differ."""
 
 
-def _horizontal(sqrt: Sqrt) -> Any:
+def _horizontal(rsqrt: Root) -> Any:
     """Two springs along the motion, linear together; two across it; the central one."""
 
     def force(design: Any, x: Any) -> Any:
         A, _, _, _, a, _ = design
-        return x * (1.0 + A - 0.5 * A / sqrt(a * a + x * x))
+        return x * (1.0 + A - 0.5 * A * rsqrt(a * a + x * x))
 
     return force
 
 
-def _vertical_rotation(sqrt: Sqrt) -> Any:
+def _vertical_rotation(rsqrt: Root) -> Any:
     """Four springs from radius L0 to R = L0 + a, and the hinges; the leaves stay level."""
 
     def torque(design: Any, theta: Any) -> Any:
@@ -53,14 +56,15 @@ def _vertical_rotation(sqrt: Sqrt) -> Any:
         for part in _HALF_SINE:
             series = 1.0 - part * (y * y) * series
         # the root adds nothing but refuses what is beyond the domain, where the sign would be wrong
-        s = y * series + 0.0 * sqrt(_SQUARE - theta * theta)
-        sine, length = 2.0 * s * sqrt(1.0 - s * s), sqrt(a * a + 4.0 * L0 * R * s * s)
-        return sine * A * R * (1.0 - 1.0 / length + HINGE * (1.0 / a - 1.0))
+        s = y * series + 0.0 * rsqrt(_SQUARE - theta * theta)
+        square, r = 1.0 - s * s, rsqrt(a * a + 4.0 * L0 * R * s * s)
+        sine = 2.0 * s * square * rsqrt(square + _EDGE)
+        return sine * A * R * (1.0 - r + HINGE * (1.0 / a - 1.0))
 
     return torque
 
 
-def _horizontal_rotation(sqrt: Sqrt) -> Any:
+def _horizontal_rotation(rsqrt: Root) -> Any:
     """The two arms that the plate dips, and the hinges; the other two arms lie on its axis."""
 
     def torque(design: Any, theta: Any) -> Any:
@@ -69,23 +73,24 @@ def _horizontal_rotation(sqrt: Sqrt) -> Any:
         y, series = 0.5 * theta, 1.0
         for part in _HALF_SINE:
             series = 1.0 - part * (y * y) * series
-        s = y * series + 0.0 * sqrt(_SQUARE - theta * theta)
-        sine, cosine = 2.0 * s * sqrt(1.0 - s * s), 1.0 - 2.0 * s * s
-        length, span = sqrt(a * a + 4.0 * L0 * R * s * s), R - L0 * cosine
-        leaf = 0.5 * k3 * a * a * L0 * (R * cosine - L0) / (length * span * span)
-        suspension = 0.5 * A * R * (1.0 - 1.0 / length)
+        s = y * series + 0.0 * rsqrt(_SQUARE - theta * theta)
+        square, r = 1.0 - s * s, rsqrt(a * a + 4.0 * L0 * R * s * s)
+        sine, cosine = 2.0 * s * square * rsqrt(square + _EDGE), 1.0 - 2.0 * s * s
+        span = R - L0 * cosine
+        leaf = 0.5 * k3 * a * a * L0 * (R * cosine - L0) * r / (span * span)
+        suspension = 0.5 * A * R * (1.0 - r)
         return sine * (suspension + leaf + HINGE * A * R * (1.0 / a - 1.0))
 
     return torque
 
 
-def bind(sqrt: Sqrt) -> Formulas:
-    """The four projections around a square root."""
+def bind(rsqrt: Root) -> Formulas:
+    """The four projections around a reciprocal square root."""
     return (
-        vertical(sqrt),
-        _horizontal(sqrt),
-        _vertical_rotation(sqrt),
-        _horizontal_rotation(sqrt),
+        vertical(rsqrt),
+        _horizontal(rsqrt),
+        _vertical_rotation(rsqrt),
+        _horizontal_rotation(rsqrt),
     )
 
 

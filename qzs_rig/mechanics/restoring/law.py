@@ -11,6 +11,7 @@ import numpy as np
 
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import bulk
+from qzs_rig.mechanics.restoring.roots import Root, reciprocal
 from qzs_rig.timehistory import Array
 
 Formula = Callable[[Design, Any], Any]
@@ -19,7 +20,6 @@ payload's weight is balanced, so a law that is QZS vanishes at w = 0. Translatio
 L20 and, as in the paper, positive downward for `vertical`; rotations are in rad. Stiffness and
 potential are formulas too: slope and integral of the force, the potential zero at w = 0."""
 
-Sqrt = Callable[[Any], Any]
 Formulas = tuple[Formula, Formula, Formula, Formula]
 Cubic = tuple[tuple[float, float], ...]
 Taylor = tuple[tuple[float, float, float], ...]
@@ -30,27 +30,34 @@ ANYWHERE = (math.inf,) * 4
 class RestoringLaw:
     """One family of force and torque laws, in the order of DOFS.
 
-    `bind(sqrt)` returns the four forces around a square root (math.sqrt, numpy.sqrt or a compiled
-    one); `stiffnesses` and `potentials` are numpy's. `taylor(design)` gives (c1, c2, c3) of
-    c1 w + c2 w² + c3 w³ for each degree of freedom. The law holds for |w| < `domain`.
-    `weighted`: the source's vertical law carries the payload, F(0) = b; here it is taken off.
+    `around(rsqrt)` returns the four forces around a reciprocal square root (see roots), of which
+    compiled code has a fast one; `stiffnesses` and `potentials` are numpy's. `taylor(design)`
+    gives (c1, c2, c3) of c1 w + c2 w² + c3 w³ for each degree of freedom. The law holds for
+    |w| < `domain`. `weighted`: the source's vertical law carries the payload, F(0) = b; here it is
+    taken off.
+    `cubic_only`: the forces are nothing but the cubics of `taylor`.
     """
 
     name: str
     source: str
-    bind: Callable[[Sqrt], Formulas]
+    around: Callable[[Root], Formulas]
     stiffnesses: Formulas
     potentials: Formulas
     taylor: Callable[[Design], Taylor]
     domain: tuple[float, ...] = ANYWHERE
     weighted: bool = True
+    cubic_only: bool = False
+
+    def bind(self, sqrt: Root) -> Formulas:
+        """The four forces by a square root: math's, numpy's or cmath's."""
+        return self.around(reciprocal(sqrt))
 
     def force(self, design: Design, w: Array) -> Array:
         """Force at w (..., 4) -> (..., 4), nondimensional, net of the static load.
 
         Many points are shared out to compiled threads where numba is installed, the same bits.
         """
-        return bulk.evaluated(self.bind, design, w)
+        return bulk.evaluated(self.around, design, w)
 
     def stiffness(self, design: Design, w: Array) -> Array:
         """Slope of `force` at w (..., 4) -> (..., 4)."""

@@ -30,13 +30,25 @@ def polynomial(
         _four([_potential(taylor, dof) for dof in numbers]),
         taylor,
         weighted=weighted,
+        cubic_only=True,
     )
+
+
+def cubic_force(coefficients: Any, w: Any) -> Any:
+    """c1 w + c2 w² + c3 w³; one formula, and one kernel, for all of these laws."""
+    c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2]
+    return (c1 + (c2 + c3 * w) * w) * w
+
+
+def cubic_stiffness(coefficients: Any, w: Any) -> Any:
+    """Slope of `cubic_force`."""
+    c1, c2, c3 = coefficients[0], coefficients[1], coefficients[2]
+    return c1 + (2.0 * c2 + 3.0 * c3 * w) * w
 
 
 def _stiffness(taylor: Callable[[Design], Taylor], dof: int) -> Formula:
     def stiffness(design: Design, w: Any) -> Any:
-        c1, c2, c3 = taylor(design)[dof]
-        return c1 + (2.0 * c2 + 3.0 * c3 * w) * w
+        return cubic_stiffness(taylor(design)[dof], w)
 
     return stiffness
 

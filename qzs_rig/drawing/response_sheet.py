@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from qzs_rig.compare.names import dof_name
-from qzs_rig.datasheet.figures import Line, Panel, Sheet
 from qzs_rig.dof import TRANSLATIONS
+from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.theory.response import Branch, Event, FrequencyResponse
 from qzs_rig.timehistory import Array
 
@@ -55,7 +55,7 @@ def _lines(response: FrequencyResponse, what: str) -> tuple[Line, ...]:
         y = _whole(branch, what)
         style, name = number % HUES, f'branch {number + 1}'
         for stable, stroke in ((True, 'solid'), (False, 'dashed')):
-            own = _shown(branch, stable)
+            own = shown(branch, stable)
             if own.any():
                 label = name if stable else f'{name}, unstable'
                 lines.append(Line(label, branch.omega, np.where(own, y, np.nan), style, stroke))
@@ -76,7 +76,7 @@ def _whole(branch: Branch, what: str) -> Array:
     return y
 
 
-def _shown(branch: Branch, stable: bool) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def shown(branch: Branch, stable: bool) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Points of one stability, and the neighbours that the line needs to reach the others."""
     own = branch.stable == stable
     if not stable:

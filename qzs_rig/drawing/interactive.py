@@ -9,11 +9,18 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE
-from qzs_rig.datasheet.figures import Line, Panel, Sheet
-from qzs_rig.datasheet.still import LINE_WIDTHS, hue, one_key
+from qzs_rig.drawing.sheet import Line, Panel, Sheet
+from qzs_rig.drawing.still import LINE_WIDTHS, hue, one_key
 from qzs_rig.timehistory import Array
 
-KEYS = {'broad': '▬▬', 'solid': '━━', 'dashed': '╌╌', 'dotted': '┈┈', 'marks': '●'}
+KEYS = {
+    'broad': '▬▬',
+    'solid': '━━',
+    'dashed': '╌╌',
+    'dotted': '┈┈',
+    'marks': '●',
+    'points': '··',
+}
 GRID_STYLE = (
     'display:grid;gap:4px 14px;grid-template-columns:repeat(auto-fit,minmax(min({}px,100%),1fr))'
 )
@@ -52,7 +59,8 @@ def _plot(name: str, sheet: Sheet, panel: Panel) -> str:
 def _trace(line: Line) -> dict[str, Any]:
     return {
         'type': 'scatter',
-        'mode': 'markers' if line.stroke == 'marks' else 'lines',
+        'mode': 'markers' if line.stroke in ('marks', 'points') else 'lines',
+        'marker': {'color': hue(line), 'size': 3 if line.stroke == 'points' else 6},
         'x': _numbers(line.x),
         'y': _numbers(line.y),
         'name': line.label,
@@ -90,6 +98,7 @@ def _key(lines: tuple[Line, ...]) -> str:
     return ' '.join(
         f'<span><b style="color:{hue(line)}">{KEYS[line.stroke]}</b> {escape(line.label)}</span>'
         for line in lines
+        if line.label
     )
 
 

@@ -6,15 +6,22 @@ import io
 from typing import TYPE_CHECKING, Any
 
 from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE
-from qzs_rig.datasheet.figures import Line, Panel, Sheet
+from qzs_rig.drawing.sheet import Line, Panel, Sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PALE = '#a9cbe6'
-HUES = ('#0b62a4', '#c2410c', '#1b9e8a', '#7b6cc4')
-WIDTHS = {1: 7.0, 2: 4.6, 3: 4.0, 4: 3.3}
-LINE_WIDTHS = {'broad': 4.0, 'solid': 1.8, 'dashed': 1.6, 'dotted': 2.2, 'marks': 0.0}
+HUES = ('#0b62a4', '#c2410c', '#1b9e8a', '#7b6cc4', '#8a6d1d', '#5f6b76')
+WIDTHS = {1: 7.2, 2: 4.6, 3: 3.8, 4: 3.3}
+LINE_WIDTHS = {
+    'broad': 4.0,
+    'solid': 1.8,
+    'dashed': 1.6,
+    'dotted': 2.2,
+    'marks': 0.0,
+    'points': 0.0,
+}
 
 
 def still(sheet: Sheet, kind: str) -> bytes:
@@ -50,7 +57,7 @@ def hue(line: Line) -> str:
     """Colour of a line; paler where it is broad."""
     if line.stroke == 'marks':
         return INK
-    return PALE if line.stroke == 'broad' else HUES[line.style]
+    return PALE if line.stroke == 'broad' else HUES[line.style % len(HUES)]
 
 
 def one_key(sheet: Sheet) -> bool:
@@ -59,15 +66,14 @@ def one_key(sheet: Sheet) -> bool:
 
 
 def _panel(axes: Axes, panel: Panel, own_key: bool) -> None:
+    # the axes through 0, or T = 1 where the scale knows no 0
     axes.axhline(1.0 if 'y' in panel.log else 0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
-    if panel.log:
-        axes.set_xscale('log')
-    else:
+    if 'x' not in panel.log:
         axes.axvline(0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
-    if 'y' in panel.log:
-        axes.set_yscale('log')
     for line in panel.lines:
-        axes.plot(line.x, line.y, label=line.label, color=hue(line), **_stroke(line))
+        axes.plot(line.x, line.y, label=line.label or None, color=hue(line), **_stroke(line))
+    axes.set_xscale('log' if 'x' in panel.log else 'linear')
+    axes.set_yscale('log' if 'y' in panel.log else 'linear')
     axes.set_title(panel.title, loc='left', color=INK, fontsize=9.0)
     axes.set_xlabel(panel.x_label)
     axes.set_ylabel(panel.y_label)
@@ -81,6 +87,8 @@ def _panel(axes: Axes, panel: Panel, own_key: bool) -> None:
 
 
 def _stroke(line: Line) -> dict[str, Any]:
+    if line.stroke == 'points':
+        return {'linestyle': '', 'marker': '.', 'markersize': 1.6, 'markeredgewidth': 0.0}
     dashes = {'dashed': (0, (5, 2)), 'dotted': (0, (1.2, 1.4))}
     if line.stroke == 'marks':
         return {'linestyle': '', 'marker': 'o', 'markersize': 4.5}

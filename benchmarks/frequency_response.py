@@ -1,0 +1,212 @@
+"""What a frequency response costs: the compiled tracer beside harmonic balances from PyPI.
+
+    python benchmarks/frequency_response.py [--harmonics 7] [--repeats 200]
+
+One oscillator, x'' + 0.05 x' + x + 0.1 x³ = 0.18 cos Ωt (NLvib's example 01, two folds), Ω from 2
+down to 0.5, the same number of harmonics, one process, one core, best of the repeats. Ours is the
+whole curve through both folds with Floquet multipliers. harmonicbalance continues by arc length
+too, over as many points, without stability. mousai knows no continuation: it solves at as many
+fixed frequencies, each from the motion before it, and jumps at a fold where we go round; its time
+counts no failed point. skhippr is measured where it is installed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import math
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.mechanics.restoring.polynomial import polynomial
+from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.traced import Traced, trace, trace_many
+
+LOW, HIGH = 0.5, 2.0
+DAMPING, CUBIC, DRIVE = 0.05, 0.1, 0.18
+
+
+def _spring(design: object, w: float) -> float:
+    return w + CUBIC * w * w * w
+
+
+DUFFING = polynomial(
+    'duffing',
+    'Krack and Gross 2019, NLvib example 01',
+    (_spring, _spring, _spring, _spring),
+    lambda design: ((1.0, 0.0, CUBIC),) * 4,
+    weighted=False,
+)
+EXAMPLE = Oscillator(DUFFING, 'vertical', PAPER_DESIGN, DAMPING / 2, DRIVE, falloff=2)
+
+CURVES = {
+    'duffing, NLvib example 01': (EXAMPLE, LOW, HIGH),
+    'taylor vertical, H 0.078': (
+        oscillator('taylor', 'vertical', PAPER_DESIGN, 0.07, 0.078), 0.1, 2,
+    ),
+    'closed_form vertical, H 0.1': (
+        oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
+    ),
+    'closed_form vertical, H 0.6': (
+        oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.02, 0.6), 0.1, 2,
+    ),
+    'corrected horizontal, H 0.1': (
+        oscillator('corrected', 'horizontal', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
+    ),
+}  # fmt: skip
+
+FIRST = """
+import time; begin = time.perf_counter()
+from benchmarks.frequency_response import CURVES
+from qzs_rig.theory.traced import trace
+own, low, high = CURVES['closed_form vertical, H 0.1']
+trace(own, low, high)
+print(time.perf_counter() - begin)
+"""
+
+
+def best(work: Callable[[], object], repeats: int) -> float:
+    """Seconds."""
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def by_harmonicbalance(harmonics: int, points: int, length: float) -> int:
+    """Points that the arc-length continuation of harmonicbalance 0.2 takes."""
+    from harmonicbalance.fourier import Fourier
+    from harmonicbalance.predictorcorrector import PredictorCorrectorSolver
+
+    push = Fourier(omega=HIGH, n=harmonics)
+    push[1] = DRIVE
+
+    def residual(x: Fourier) -> Fourier:
+        return x.dt().dt() + DAMPING * x.dt() + x + CUBIC * x**3 - push
+
+    start = Fourier(omega=HIGH, n=harmonics)
+    start[1] = DRIVE / (1 - HIGH**2)
+    solver = PredictorCorrectorSolver(residual, start, HIGH, LOW, length / points, method='hybr')
+    with contextlib.redirect_stdout(io.StringIO()):  # it prints its times
+        return len(solver.solve())
+
+
+def by_mousai(harmonics: int, points: int) -> int:
+    """Points that mousai's hb_freq solves of as many fixed frequencies."""
+    import mousai
+
+    def acceleration(x: object, v: object, params: dict[str, float]) -> object:
+        push = DRIVE * math.cos(params['omega'] * params['cur_time'])
+        return np.array([[push - x - CUBIC * x**3 - DAMPING * v]])
+
+    first = np.zeros((1, 2 * harmonics + 1))
+    first[0] = DRIVE / (1 - HIGH**2) * np.cos(2 * np.pi * np.arange(first.size) / first.size)
+    x, done = first, 0
+    with contextlib.redirect_stdout(io.StringIO()):
+        for omega in np.linspace(HIGH, LOW, points):
+            # anything may come out of scipy's Krylov solver near a fold; such points cost nothing
+            with contextlib.suppress(Exception):
+                _, x, *_ = mousai.hb_freq(
+                    acceleration, x, omega, num_harmonics=harmonics, f_tol=1e-8
+                )
+                done += 1
+    return done
+
+
+def arc_length(curve: Traced) -> float:
+    """As harmonicbalance measures it, over coefficients and frequency alike."""
+    points = np.column_stack([curve.coefficients, curve.omega])
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def ours(harmonics: int, repeats: int) -> None:
+    """Tell what each of CURVES costs."""
+    print(f'{"curve":30}{"points":>7}{"ms":>8}{"us/point":>10}  folds, stable, end')
+    for name, (own, low, high) in CURVES.items():
+        curve = trace(own, low, high, harmonics=harmonics)
+        spent = best(lambda a=(own, low, high): trace(*a, harmonics=harmonics), repeats)
+        rise, n = np.diff(curve.omega) > 0, len(curve.omega)
+        print(
+            f'{name:30}{n:7}{1e3 * spent:8.3f}{1e6 * spent / n:10.2f}  '
+            f'{np.count_nonzero(rise[1:] != rise[:-1])}, {curve.stable.sum()}, {curve.reason}'
+        )
+
+
+def peers(harmonics: int, repeats: int) -> None:
+    """Tell what the others take for EXAMPLE, over our time."""
+    curve = trace(EXAMPLE, LOW, HIGH, harmonics=harmonics)
+    spent = best(lambda: trace(EXAMPLE, LOW, HIGH, harmonics=harmonics), repeats)
+    points, length = len(curve.omega), arc_length(curve)
+    print(f'\n{"duffing, " + str(harmonics) + " harmonics":30}{"points":>7}{"ms":>10}{"/ ours":>9}')
+    print(f'{"qzs_rig, with Floquet":30}{points:7}{1e3 * spent:10.3f}{1:9}')
+    for name, work in {
+        'harmonicbalance': lambda: by_harmonicbalance(harmonics, points, length),
+        'mousai': lambda: by_mousai(harmonics, points),
+        'skhippr': None,
+    }.items():
+        try:
+            __import__(name)
+        except ImportError:
+            print(f'{name:30}not installed: pip install {name}')
+            continue
+        if work is None:
+            print(f'{name:30}installed, but never seen by the author: compare by hand')
+            continue
+        done: list[int] = []
+        other = best(lambda work=work, done=done: done.append(work()), 3)
+        print(f'{name:30}{done[-1]:7}{1e3 * other:10.1f}{other / spent:9.0f}')
+
+
+def starts() -> None:
+    """Tell how long the first curve of a new process takes, compiled before."""
+    run = [sys.executable, '-c', FIRST]
+    path = os.pathsep.join(['.', os.environ.get('PYTHONPATH', '')])
+    seconds = [
+        float(
+            subprocess.run(
+                run, env={**os.environ, 'PYTHONPATH': path}, capture_output=True, check=True
+            ).stdout
+        )
+        for _ in range(3)
+    ]
+    print(f'\nfirst curve of a new process, imports included: {min(seconds):.2f} s')
+
+
+def threads(harmonics: int) -> None:
+    """Tell how many curves a second all cores draw."""
+    own, low, high = CURVES['closed_form vertical, H 0.1']
+    many = [own] * 400
+    one = best(lambda: [trace(each, low, high, harmonics=harmonics) for each in many], 2)
+    all_ = best(lambda: trace_many(many, low, high, harmonics=harmonics), 2)
+    print(
+        f'closed_form vertical, H 0.1: {len(many) / one:.0f} curves a second on one core, '
+        f'{len(many) / all_:.0f} on {os.cpu_count()}'
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--harmonics', type=int, default=7)
+    parser.add_argument('--repeats', type=int, default=200)
+    args = parser.parse_args()
+    try:
+        trace(EXAMPLE, LOW, HIGH, kernel='numba')
+    except ImportError:
+        sys.exit("numba is not installed: pip install 'qzs_rig[fast]'")
+    ours(args.harmonics, args.repeats)
+    peers(args.harmonics, args.repeats)
+    starts()
+    threads(args.harmonics)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,1 @@
+"""Campaigns: one computation at many points, in chunks that survive a crash."""

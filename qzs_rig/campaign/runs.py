@@ -1,0 +1,70 @@
+"""Time-integrated points: their runs side by side, and with how many steps a period."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.campaign.bank import (
+    AMPLITUDE_NEEDED,
+    FREQUENCY,
+    FREQUENCY_NEEDED,
+    MOTION,
+    Bank,
+    banks,
+    omegas,
+)
+from qzs_rig.campaign.part import Harvest
+from qzs_rig.campaign.points import Points
+from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.theory.accuracy import cheapest_steps
+from qzs_rig.theory.lanes import Lanes
+
+INPUTS = (
+    *MOTION,
+    *FREQUENCY,
+    Parameter('w', float, 0.0, '', 'relative motion over L20 (rad) where the run starts'),
+    Parameter('velocity', float, 0.0, '', 'its slope dw/dτ there'),
+)
+NEEDED = (AMPLITUDE_NEEDED, FREQUENCY_NEEDED)
+STEPS = (
+    Parameter('steps', int, 0, '', 'integration steps a period; 0: as few as keep `error`', 0),
+    Parameter('error', float, 1e-6, '', 'of w, when steps are chosen', 0.0, above=True),
+)
+THIRDS = 3.0
+"""Parts of an octave of frequency that share their steps: what serves one frequency is too long
+for a much lower one."""
+LOST = "the motion left the law's domain"
+
+
+def groups(points: Points, harvest: Harvest) -> Iterator[tuple[NDArray[np.int64], Lanes]]:
+    """The points' rows and runs, those of one law, motion and third of an octave together."""
+    for bank in banks(points, harvest):
+        runs = lanes(points, bank)
+        third = np.round(np.log2(runs.omega) * THIRDS)
+        for which in (np.flatnonzero(third == one) for one in np.unique(third)):
+            yield bank.rows[which], runs[which]
+
+
+def lanes(points: Points, bank: Bank) -> Lanes:
+    """The runs of a bank."""
+    same = bool((bank.ratios == bank.ratios[:, :1]).all())
+    return Lanes(
+        law=bank.law,
+        dof=bank.dof,
+        falloff=0,
+        design=bank.ratios[:, 0].copy() if same else bank.ratios,
+        zeta=bank.zeta,
+        amplitude=bank.amplitude,
+        omega=omegas(points, bank),
+        load=bank.load,
+        w=points.number('w')[bank.rows],
+        velocity=points.number('velocity')[bank.rows],
+    )
+
+
+def steps_of(runs: Lanes, options: RunSpec) -> int:
+    """Steps a period: those given, or as few as keep the error in the first periods."""
+    return options.count('steps') or cheapest_steps(runs, options.number('error'))

@@ -1,0 +1,156 @@
+"""`qzs-rig lyapunov`: do neighbouring runs part (chaos) or meet?"""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from qzs_rig.cli import options as shared
+from qzs_rig.cli import oscillating, results
+from qzs_rig.compare.names import dof_name
+from qzs_rig.compare.tables import Table
+from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
+from qzs_rig.theory.accuracy import cheapest_steps
+from qzs_rig.theory.lanes import Lanes
+from qzs_rig.theory.lyapunov import BATCHES, SURE, Exponents, exponents
+
+HUE = '#0b62a4'
+
+
+def add_to(verbs: Any) -> None:
+    """`lyapunov` on the command line."""
+    command = verbs.add_parser(
+        'lyapunov',
+        help='theory: largest Lyapunov exponent with its standard error',
+        description='Largest Lyapunov exponent of runs from rest and from random starts, in units '
+        'of omega0: positive for chaos, negative for a motion that settles. The other exponent '
+        'is -2 zeta less it.',
+    )
+    command.add_argument(
+        '--starts',
+        type=int,
+        default=64,
+        metavar='N',
+        help='runs: the first from rest, the others from random starts (default: 64)',
+    )
+    command.add_argument(
+        '--reach',
+        type=float,
+        default=1.0,
+        metavar='W',
+        help='random starts lie within this of rest, in w and dw/dtau (default: 1)',
+    )
+    command.add_argument('--seed', type=int, default=0, help='of the random starts (default: 0)')
+    command.add_argument(
+        '--periods', type=int, default=2000, metavar='N', help='length of a run (default: 2000)'
+    )
+    command.add_argument(
+        '--before', type=int, default=500, metavar='N', help='periods to forget (default: 500)'
+    )
+    command.add_argument(
+        '--steps', type=int, metavar='N', help='steps a period (default: chosen for 1e-6)'
+    )
+    oscillating.add(command, 'folder for figure, CSV and NPZ')
+    command.set_defaults(execute=execute)
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Run, draw, print."""
+    spec = oscillating.spec_of(options)
+    (dof,) = oscillating.dofs_of(options)
+    oscillator = oscillating.oscillator_of(options, spec, dof)
+    omega = oscillating.omega_of(options, spec, dof)
+    starts = oscillating.at_least(options.starts, 1, '--starts')
+    start = np.random.default_rng(options.seed).uniform(-1.0, 1.0, (2, starts)) * options.reach
+    start[:, 0] = 0.0
+    reach = min(1.0, 0.5 * oscillator.domain)
+    lanes = Lanes.of(oscillator, omega, w=start[0] * reach, velocity=start[1])
+    steps = options.steps or cheapest_steps(lanes, 1e-6)
+    periods = oscillating.at_least(options.periods, BATCHES, '--periods')
+    found = exponents(lanes, steps=steps, periods=periods, before=options.before)
+    mean, error = found.mean
+    document: dict[str, Any] = {
+        'dof': dof,
+        'law': oscillator.law.name,
+        'omega': omega,
+        'zeta': oscillator.zeta,
+        'amplitude': oscillator.amplitude,
+        'steps': steps,
+        'periods': periods,
+        'exponent': oscillating.numbers(found.value),
+        'standard_error': oscillating.numbers(found.error),
+        'mean': oscillating.numbers(np.array([mean]))[0],
+        'mean_error': oscillating.numbers(np.array([error]))[0],
+        'sum_of_exponents': -2.0 * oscillator.zeta,
+        'verdict': verdict(found),
+    }
+    text = _table(found, dof).to_text() + f'\n\n{document["verdict"]}'
+    if options.out is not None:
+        columns = [lanes.w, lanes.velocity, found.value, found.error]
+        names = ('w', 'velocity', 'exponent', 'standard_error')
+        written = [
+            *results.pictures(options.out, 'lyapunov', lambda kind: _drawn(found, dof, kind)),
+            results.csv(options.out, 'lyapunov', names, columns),
+            results.npz(options.out, 'lyapunov', dict(zip(names, columns, strict=True))),
+        ]
+        document['files'] = [str(path) for path in written]
+        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
+    shared.show(options, document, text)
+    return 0
+
+
+def verdict(found: Exponents) -> str:
+    """One line: chaos, cycles, both, or what cannot be told."""
+    n = len(found.value)
+    chaotic, regular = int(found.chaotic.sum()), int(found.regular.sum())
+    lost = int(np.count_nonzero(~np.isfinite(found.value)))
+    parts = [
+        f'{count} of {n} runs {words}'
+        for count, words in (
+            (chaotic, 'are chaotic'),
+            (regular, 'settle'),
+            (lost, 'left the law'),
+            (n - chaotic - regular - lost, f'are within {SURE:g} standard errors of zero'),
+        )
+        if count
+    ]
+    return '; '.join(parts)
+
+
+def _table(found: Exponents, dof: str) -> Table:
+    mean, error = found.mean
+    rows = [
+        ('from rest', f'{found.value[0]:.5f}', f'{found.error[0]:.1e}'),
+        ('mean of all runs', f'{mean:.5f}', f'{error:.1e}'),
+        ('smallest', f'{np.nanmin(found.value):.5f}', ''),
+        ('largest', f'{np.nanmax(found.value):.5f}', ''),
+        ('sum of both, -2 zeta', f'{-2.0 * found.lanes.zeta[0]:.5f}', ''),
+    ]
+    omega, runs = found.lanes.omega[0], len(found.value)
+    caption = f'Lyapunov exponent, {dof_name(dof)}, Omega {omega:.4g}, {runs} runs, '
+    caption += f'{found.steps} steps a period'
+    return Table(caption, ('', 'exponent', '+-'), tuple(rows), labels=1)
+
+
+def _drawn(found: Exponents, dof: str, kind: str) -> bytes:
+    order = np.argsort(found.value)
+    x = np.arange(1.0, len(order) + 1.0)
+    value, error = found.value[order], found.error[order]
+    things = (
+        Wave('± standard error', np.repeat(x, 3), _bars(value, error), '#8795a1'),
+        Dots('exponent', x, value, HUE),
+        Wave('zero', x[[0, -1]], np.zeros(2), '#c2410c'),
+    )
+    scene = Scene(
+        f'{dof_name(dof)}, Ω = {found.lanes.omega[0]:.4g}',
+        'run, sorted',
+        'exponent / omega0',
+        things,
+    )
+    return drawn('Largest Lyapunov exponent', [scene], 1, kind)
+
+
+def _bars(value: Any, error: Any) -> Any:
+    return np.stack([value - error, value + error, np.full_like(value, np.nan)], axis=-1).ravel()

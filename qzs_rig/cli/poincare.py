@@ -1,0 +1,186 @@
+"""`qzs-rig poincare`: Poincaré map and time history of runs from rest (Figures 15 to 18)."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from qzs_rig.cli import options as shared
+from qzs_rig.cli import oscillating, results
+from qzs_rig.compare.names import dof_name
+from qzs_rig.compare.tables import Table, number
+from qzs_rig.dof import TRANSLATIONS
+from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
+from qzs_rig.theory.accuracy import strobe_within
+from qzs_rig.theory.bifurcation import VISIBLE, Diagram, judged
+from qzs_rig.theory.history import History, history
+from qzs_rig.theory.lanes import Lanes
+from qzs_rig.theory.stroboscope import strobe
+
+EPILOG = """\
+examples:
+  qzs-rig poincare --set platform.zeta=0.07 --out fig15   Figures 15 to 18
+  qzs-rig poincare --zeta 0.07 --omega 6.28               the same if 6.28 was put in as Omega
+  qzs-rig poincare --dof vertical --zeta 0.01 --periods 2000
+"""
+BLUE, ORANGE = '#0b62a4', '#f0984f'
+DRAWN_STEPS = 24
+
+
+class Portrait(NamedTuple):
+    """One run: seen once a period, judged, and step by step."""
+
+    dof: str
+    diagram: Diagram
+    run: History
+    visible: int | None
+
+
+def add_to(verbs: Any) -> None:
+    """`poincare` on the command line."""
+    command = verbs.add_parser(
+        'poincare',
+        help='theory: Poincaré map, time history, length of the transient, period',
+        description='Runs from rest seen once a period of the base and step by step: which period '
+        'they settle into and how long their transient lasts.',
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    command.add_argument(
+        '--periods', type=int, default=500, metavar='N', help='length of a run (default: 500)'
+    )
+    command.add_argument(
+        '--steps', type=int, metavar='N', help='steps a period (default: the fewest for 1e-6)'
+    )
+    oscillating.add(command, 'folder for figure, CSV and NPZ', dof=None)
+    command.set_defaults(execute=execute)
+
+
+def execute(options: argparse.Namespace) -> int:
+    """Run, draw, print."""
+    spec = oscillating.spec_of(options)
+    periods = oscillating.at_least(options.periods, 1, '--periods')
+    portraits = []
+    for dof in oscillating.dofs_of(options):
+        oscillator = oscillating.oscillator_of(options, spec, dof)
+        lanes = Lanes.of(oscillator, oscillating.omega_of(options, spec, dof))
+        portraits.append(portrait(dof, lanes, periods, options.steps))
+    document = {'periods': periods, 'runs': [_document(each) for each in portraits]}
+    text = '\n\n'.join([_table(portraits, periods).to_text(), *map(_word, portraits)])
+    if options.out is not None:
+        written = _written(options.out, portraits)
+        document['files'] = [str(path) for path in written]
+        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
+    shared.show(options, document, text)
+    return 0
+
+
+def portrait(dof: str, lanes: Lanes, periods: int, steps: int | None) -> Portrait:
+    """The run of `lanes`, of one."""
+    how: dict[str, Any] = {'periods': periods, 'keep': periods}
+    seen = strobe_within(lanes, **how) if steps is None else strobe(lanes, steps=steps, **how)
+    run = history(lanes, periods, max(int(seen.steps[0]), DRAWN_STEPS))
+    visible = None
+    if seen.period[0] > 0:
+        back = seen.w[0, periods - seen.period[0] :]
+        cycle = np.resize(back[::-1], periods)[::-1]
+        off = np.flatnonzero(np.abs(seen.w[0] - cycle) > VISIBLE)
+        visible = int(off[-1]) + 2 if off.size else 0
+    return Portrait(dof, judged(seen), run, visible)
+
+
+def _document(each: Portrait) -> dict[str, Any]:
+    seen = each.diagram.seen
+    return {
+        'dof': each.dof,
+        'omega': float(seen.lanes.omega[0]),
+        'zeta': float(seen.lanes.zeta[0]),
+        'amplitude': float(seen.lanes.amplitude[0]),
+        'steps': int(seen.steps[0]),
+        'error': oscillating.numbers(seen.error)[0],
+        'period': int(seen.period[0]),
+        'settled': int(seen.settled[0]),
+        'transient_visible_periods': each.visible,
+        'exponent': oscillating.numbers(each.diagram.exponent)[0],
+        'T': oscillating.numbers(np.abs(seen.transmissibility))[0],
+        'w': oscillating.numbers(seen.w[0]),
+        'velocity': oscillating.numbers(seen.velocity[0]),
+    }
+
+
+def _table(portraits: list[Portrait], periods: int) -> Table:
+    rows = []
+    for each in portraits:
+        seen = each.diagram.seen
+        found = int(seen.period[0])
+        rows.append(
+            (
+                dof_name(each.dof),
+                f'{seen.lanes.omega[0]:.4g}',
+                f'{seen.lanes.zeta[0]:.4g}',
+                str(found) if found > 0 else {0: 'none yet', -1: 'lost'}[found],
+                number(each.visible, 'd') if each.visible is not None else '–',
+                str(int(seen.settled[0])) if found > 0 else '–',
+                number(float(np.abs(seen.transmissibility[0])), '.4f'),
+                number(float(each.diagram.exponent[0]), '.4f'),
+                str(int(seen.steps[0])),
+            )
+        )
+    header = ('motion', 'Omega', 'zeta', 'period', 'visible', 'settled', 'T', 'exponent', 'steps')
+    caption = f'Runs from rest over {periods} periods; transient visible ({VISIBLE:g}) and settled '
+    return Table(caption + '(1e-8) up to that many periods', header, tuple(rows), labels=1)
+
+
+def _word(each: Portrait) -> str:
+    found, name = int(each.diagram.seen.period[0]), dof_name(each.dof)
+    if found > 0:
+        return (
+            f'{name}: settles into period {found}; the transient shows for {each.visible} periods'
+        )
+    if found < 0:
+        return f'{name}: left the law after {int(each.diagram.seen.settled[0])} periods'
+    kind, value = each.diagram.kind[0], each.diagram.exponent[0]
+    what = {'transient': 'a transient, not chaos', 'chaotic': 'chaos'}.get(kind, 'undecided')
+    return f'{name}: has not settled; Lyapunov exponent {value:.4f}: {what}'
+
+
+def _written(folder: Path, portraits: list[Portrait]) -> list[Path]:
+    dofs, cycles, ws, velocities = [], [], [], []
+    arrays: dict[str, Any] = {}
+    for each in portraits:
+        seen = each.diagram.seen
+        dofs += [each.dof] * seen.periods
+        cycles += list(range(1, seen.periods + 1))
+        ws += seen.w[0].tolist()
+        velocities += seen.velocity[0].tolist()
+        arrays |= {
+            f'{each.dof}_tau': each.run.tau,
+            f'{each.dof}_w': each.run.w,
+            f'{each.dof}_velocity': each.run.velocity,
+        }
+    columns = [np.array(column) for column in (dofs, cycles, ws, velocities)]
+    return [
+        *results.pictures(folder, 'poincare', lambda kind: _drawn(portraits, kind)),
+        results.csv(folder, 'poincare', ('dof', 'period', 'w', 'velocity'), columns),
+        results.npz(folder, 'poincare', arrays),
+    ]
+
+
+def _drawn(portraits: list[Portrait], kind: str) -> bytes:
+    scenes = []
+    for each in portraits:
+        seen, unit = each.diagram.seen, 'w / L20' if each.dof in TRANSLATIONS else 'w, rad'
+        last = max(int(seen.period[0]), 0) or min(seen.periods, 100)
+        dots = (
+            Dots('all periods', seen.w[0], seen.velocity[0], ORANGE),
+            Dots(f'last {last}', seen.w[0, -last:], seen.velocity[0, -last:], BLUE),
+        )
+        name = f'{dof_name(each.dof)}, Ω = {seen.lanes.omega[0]:.4g}'
+        scenes.append(Scene(f'{name}: map', unit, 'dw/dτ', dots))
+        turns = each.run.tau * seen.lanes.omega[0] / (2.0 * np.pi)
+        wave = Wave('', turns, each.run.w, BLUE)
+        scenes.append(Scene(f'{name}: history', 'periods', unit, (wave,)))
+    return drawn('Runs from rest seen once a period', scenes, 2, kind)

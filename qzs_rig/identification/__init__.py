@@ -1,0 +1,1 @@
+"""From measured transmissibility back to the platform: parameters, intervals, advice."""

@@ -1,0 +1,108 @@
+"""Where the fit begins: the parameters that leave the measured motions least unbalanced.
+
+Put into the balance, a measured motion leaves an error that is smooth in the parameters whether
+or not a branch passes there: there is nothing to fall off. Noise biases its minimum a little, so
+it only starts the fit of the curves (the equation error of system identification).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from qzs_rig.identification.least_squares import Trial, minimise
+from qzs_rig.identification.plant import plant
+from qzs_rig.identification.points import Points
+from qzs_rig.identification.seeds import centred, ratios
+from qzs_rig.identification.unknowns import TRIM, Unknowns
+from qzs_rig.timehistory import Array
+
+TRIMS = (-0.01, 0.01)
+"""Of the payload: a curve is nearly the same for more weight and for less, so both are tried."""
+
+ROUGH = 1e-4
+"""Share of the sum of squares at which the search may end."""
+
+
+def elsewhere(unknowns: Unknowns, values: Array) -> list[Array]:
+    """Where else a minimum like `values` (p,) may lie: as much weight too little as there is too
+    much, or a good deal either way; nowhere without a fitted trim."""
+    if TRIM not in unknowns.names:
+        return []
+    k, m = unknowns.names.index(TRIM), unknowns.spec.number('platform.m')
+    found = []
+    for trim in (-values[k], *(share * m for share in TRIMS)):
+        found.append(values.copy())
+        found[-1][k] = trim
+    return found
+
+
+def idle(unknowns: Unknowns, parts: Sequence[Points]) -> list[str]:
+    """Names of the unknowns that do not enter the balance of the measured motions at all."""
+    jacobian = _unbalanced(unknowns, unknowns.start, parts).jacobian
+    columns = zip(unknowns.names, jacobian.T, strict=True)
+    return [name for name, column in columns if not np.any(column)]
+
+
+def starts(unknowns: Unknowns, parts: Sequence[Points]) -> list[Array]:
+    """Parameters (p,) to fit the curves from, the best balanced first, each but once."""
+    found = []
+    for begin in _begins(unknowns):
+        trial = minimise(
+            lambda values, _: _unbalanced(unknowns, values, parts),
+            _unbalanced(unknowns, begin, parts),
+            unknowns.scale,
+            unknowns.bounded,
+            ROUGH,
+        )
+        found.append((float(np.sum(trial.residual**2)), trial.values))
+    kept: list[Array] = []
+    for _, values in sorted(found, key=lambda pair: pair[0]):
+        if all(np.any(np.abs(values - k) > 0.05 * unknowns.scale) for k in kept):
+            kept.append(values)
+    return kept
+
+
+def _begins(unknowns: Unknowns) -> list[Array]:
+    if TRIM not in unknowns.names:
+        return [unknowns.start]
+    m, k = unknowns.spec.number('platform.m'), unknowns.names.index(TRIM)
+    begins = [unknowns.start]
+    for share in TRIMS:
+        begin = unknowns.start
+        begin[k] = share * m
+        begins.append(begin)
+    return begins
+
+
+def _unbalanced(unknowns: Unknowns, values: Array, parts: Sequence[Points]) -> Trial[None]:
+    residual = _errors(unknowns, values, parts)
+    jacobian = np.empty((len(residual), len(values)))
+    for k, scale in enumerate(unknowns.scale.tolist()):
+        h = 1e-4 * scale * np.eye(len(values))[k]
+        ends = [_errors(unknowns, values + side * h, parts) for side in (1.0, -1.0)]
+        jacobian[:, k] = (ends[0] - ends[1]) / (2e-4 * scale)
+    return Trial(values, residual, jacobian, np.isfinite(residual), None)
+
+
+def _errors(unknowns: Unknowns, values: Array, parts: Sequence[Points]) -> Array:
+    """What one harmonic and the mean leave unbalanced, over the drive and 0.1 + T."""
+    spec, errors = unknowns.applied(values), []
+    for points in parts:
+        there = plant(spec, points.dof)
+        omega, balance = there.omega(points.frequency_hz), there.balance(1)
+        candidates = []
+        motions = [m for ratio in ratios(there, points) for m in centred(there, omega, ratio)]
+        for x in motions:
+            left = balance.residual(x, omega)[:, 1:]
+            weight = there.oscillator.drive(omega) * (0.1 + points.magnitude)
+            candidates.append(left / weight[:, None])
+        errors.append(_smaller(candidates).ravel())
+    return np.nan_to_num(np.concatenate(errors), nan=1e3, posinf=1e3, neginf=-1e3)
+
+
+def _smaller(candidates: Sequence[Array]) -> Array:
+    """Of each row (n, 2) the candidate that is smaller."""
+    size = np.array([np.sum(c**2, axis=1) for c in candidates])
+    return np.asarray(np.stack(candidates)[np.argmin(size, axis=0), np.arange(size.shape[1])])

@@ -1,0 +1,130 @@
+"""The parameters that are fitted: names of the run's own table, each with its start and bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from qzs_rig.dof import DOFS
+from qzs_rig.errors import InputError
+from qzs_rig.mechanics.platform import COUPLED_ONLY, Platform
+from qzs_rig.parameters import Parameter, RunSpec, unknown_parameter
+from qzs_rig.timehistory import Array
+
+TRIM = 'platform.payload_trim'
+DEFAULT = ('platform.zeta', 'platform.A', TRIM)
+TRIM_SHARE = 0.01
+"""Of the payload: a trim known no better than this is not known."""
+WORTH = 0.25
+"""Relative uncertainty of any other parameter from which on it is not known."""
+FARTHEST = 30.0
+"""Times the start, up or down, that a parameter is looked for."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One fitted parameter: `reference` is what it is told relative to (the payload for a trim,
+    else the start); `scale` is the standard deviation at which it counts as not
+    determined, and the measure of a step; it stays within `low` and `high`."""
+
+    name: str
+    unit: str
+    start: float
+    reference: float
+    scale: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The fitted parameters of `spec`, in order."""
+
+    spec: RunSpec
+    items: tuple[Unknown, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all, as --set knows them."""
+        return tuple(item.name for item in self.items)
+
+    @property
+    def start(self) -> Array:
+        """Where the fit begins (p,)."""
+        return np.array([item.start for item in self.items])
+
+    @property
+    def scale(self) -> Array:
+        """Of all (p,)."""
+        return np.array([item.scale for item in self.items])
+
+    def bounded(self, values: Array) -> Array:
+        """`values` (p,) brought inside the bounds."""
+        low, high = ([getattr(i, side) for i in self.items] for side in ('low', 'high'))
+        return np.clip(values, low, high)
+
+    def at_bound(self, values: Array) -> list[str]:
+        """Names of those that `values` has at a bound."""
+        pairs = zip(self.items, values.tolist(), strict=True)
+        return [item.name for item, v in pairs if v in (item.low, item.high)]
+
+    def applied(self, values: Array) -> RunSpec:
+        """The run with `values` (p,)."""
+        return self.spec.override(dict(zip(self.names, values.tolist(), strict=True)))
+
+
+def unknowns(spec: RunSpec, names: Sequence[str], dofs: Sequence[str]) -> Unknowns:
+    """`names` as unknowns of the platform of `spec`, driven in `dofs`.
+
+    Raises InputError for a name that is no number of the platform, or said twice.
+    """
+    if not names:
+        raise InputError(f'nothing to fit; give --fit {",".join(DEFAULT)}')
+    table = {p.name: p for p in spec.declared if _fittable(p)}
+    for name in names:
+        if name not in table:
+            raise InputError(unknown_parameter(name, table))
+        if names.count(name) > 1:
+            raise InputError(f'{name} is to be fitted twice; name it once')
+    platform = Platform.from_spec(spec)
+    items = tuple(_unknown(table[name], spec, platform, dofs[0]) for name in names)
+    found = Unknowns(spec, items)
+    found.applied(found.start)  # two words for one thing are refused here
+    return found
+
+
+def _fittable(parameter: Parameter) -> bool:
+    coupled = parameter.name in COUPLED_ONLY
+    return parameter.section == 'platform' and parameter.kind is float and not coupled
+
+
+def _unknown(parameter: Parameter, spec: RunSpec, platform: Platform, dof: str) -> Unknown:
+    start = spec.optional(parameter.name)
+    if start is None:
+        start = _implied(parameter.name, platform, DOFS.index(dof))
+    if parameter.name == TRIM:
+        m = spec.number('platform.m')
+        return Unknown(parameter.name, parameter.unit, start, m, TRIM_SHARE * m, -0.5 * m, 2.0 * m)
+    start = start or 0.01
+    margin = 1e-3 * start  # room for the differences in sensitivity
+    low = max(parameter.minimum + margin, start / FARTHEST)
+    high = min(parameter.maximum - margin, start * FARTHEST)
+    return Unknown(parameter.name, parameter.unit, start, start, WORTH * start, low, high)
+
+
+def _implied(name: str, platform: Platform, dof: int) -> float:
+    """What an unset parameter amounts to."""
+    design = platform.design
+    known = {
+        'platform.zeta': platform.zeta[dof],
+        'platform.A': design.A,
+        'platform.k3_hat': design.k3,
+        'platform.L1_hat': design.L1,
+        'platform.L0_hat': design.L0,
+        'platform.I_vm': platform.mass[2],
+        'platform.I_hm': platform.mass[3],
+        **{f'platform.C.{dof}': c for dof, c in zip(DOFS, platform.damping, strict=True)},
+    }
+    return known[name]

@@ -1,0 +1,190 @@
+"""The pieces of an identification against closed forms and second methods."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import optimize, stats
+
+from qzs_rig import scenario
+from qzs_rig.errors import InputError
+from qzs_rig.identification import csv_table
+from qzs_rig.identification.fold import Fold, fold_near, left_null
+from qzs_rig.identification.lag import iso_limit, swept_over_steady
+from qzs_rig.identification.least_squares import Trial, minimise
+from qzs_rig.identification.plant import plant
+from qzs_rig.identification.quantiles import chi_square, student
+from qzs_rig.identification.response import followed, nearest, sensitivity
+from qzs_rig.identification.seeds import ratios
+from qzs_rig.identification.unknowns import unknowns
+from qzs_rig.theory.harmonic_balance import steady
+from qzs_rig.theory.response import frequency_response
+
+
+@pytest.mark.parametrize('freedom', [1, 2, 5, 30, 400])
+def test_student_is_scipys(freedom):
+    assert student(0.975, freedom) == pytest.approx(stats.t.ppf(0.975, freedom), rel=1e-8)
+
+
+@pytest.mark.parametrize('freedom', [3, 10, 100])
+@pytest.mark.parametrize('probability', [0.9, 0.95, 0.99])
+def test_chi_square_is_scipys_to_one_percent(freedom, probability):
+    expected = stats.chi2.ppf(probability, freedom)
+    assert chi_square(probability, freedom) == pytest.approx(expected, rel=0.01)
+
+
+def test_least_squares_is_scipys():
+    t = np.linspace(0.0, 3.0, 30)
+    y = 2.0 * np.exp(-1.3 * t) + 0.01 * np.random.default_rng(0).standard_normal(30)
+
+    def evaluate(p, _):
+        wave = np.exp(-p[1] * t)
+        jacobian = np.stack([wave, -p[0] * t * wave], axis=1)
+        return Trial(p, p[0] * wave - y, jacobian, np.ones(30, bool), None)
+
+    start = np.array([1.0, 0.5])
+    found = minimise(evaluate, evaluate(start, None), np.ones(2), lambda p: p)
+    expected = optimize.least_squares(lambda p: evaluate(p, None).residual, start, xtol=1e-12).x
+    assert found.values == pytest.approx(expected, rel=1e-6)
+
+
+def test_sensitivity_is_the_difference_of_two_responses(bench):
+    wanted = unknowns(bench.spec, ('platform.zeta', 'platform.A', 'platform.k1'), ['vertical'])
+    points = bench.points()
+    here = nearest(plant(bench.spec, 'vertical'), points, 5)
+    use = here.good
+    slope = sensitivity(wanted, wanted.start, 'vertical', here, points.frequency_hz)
+    for k, scale in enumerate(wanted.scale):
+        h = 1e-5 * scale * np.eye(3)[k]
+        over, under = (
+            followed(plant(wanted.applied(wanted.start + s * h), 'vertical'), points.frequency_hz,
+                     here.x).ratio
+            for s in (1.0, -1.0)
+        )  # fmt: skip
+        expected = np.log(over / under) / (2e-5 * scale)
+        # central differences of a Newton solution: 1e-12 / 1e-5 over the slope
+        assert slope[use, k] == pytest.approx(expected[use], rel=1e-4, abs=1e-6)
+
+
+def test_a_magnitude_implies_the_phase_of_a_damped_motion(bench):
+    spec = bench.spec.override({'platform.zeta': 0.08, 'platform.payload_trim': 0.3})
+    there, full = plant(spec, 'vertical'), bench.points()
+    silent = replace(full, phase=np.full(len(full), np.nan))
+    true = full.magnitude * np.exp(1j * full.phase)
+    miss = np.min([np.abs(guess - true) for guess in ratios(there, silent)], axis=0)
+    # the power that higher harmonics take is left out: up to a tenth near the jump
+    assert np.max(miss / full.magnitude) < 0.1
+    assert np.median(miss / full.magnitude) < 0.002
+
+
+@pytest.mark.parametrize('quantity', ['displacement', 'velocity', 'acceleration'])
+def test_the_lag_of_a_linear_platform_is_the_known_one(quantity):
+    """w = D H - i Ω'/2 D H'' - i Ω' D' H' under a drive of slowly changing amplitude D."""
+    falloff = ('displacement', 'velocity', 'acceleration').index(quantity)
+    spec = scenario.of(
+        {
+            'platform.law': 'linear',
+            'platform.k3_hat': 0.5,
+            'platform.zeta': 0.1,
+            'excitation.quantity': quantity,
+            'excitation.amplitude.vertical': 0.01,
+        }
+    )
+    there, rate = plant(spec, 'vertical'), 1e-5
+    omega = np.linspace(0.3, 2.0, 9)
+    x = np.zeros((9, 3))
+    x[:, 1] = 0.01
+    x = steady(there.oscillator, omega, x).coefficients
+
+    def H(w):
+        return 1.0 / (0.5 - w**2 + 0.2j * w)
+
+    def D(w):
+        return w ** (2.0 - falloff)
+
+    h = 1e-3
+    H1, H2 = (
+        (H(omega + h) - H(omega - h)) / (2 * h),
+        (H(omega + h) - 2 * H(omega) + H(omega - h)) / h**2,
+    )
+    D1, V = (D(omega + h) - D(omega - h)) / (2 * h), omega ** -float(falloff)
+    quadrature = -1j * (1 - 2 * falloff) * rate * V
+    w = (D(omega) + quadrature) * H(omega) - 1j * rate * (0.5 * D(omega) * H2 + D1 * H1)
+    w1 = D1 * H(omega) + D(omega) * H1
+    acceleration = (1j * rate - omega**2) * w + 2j * omega * rate * w1
+    swept = 1.0 + acceleration / -(D(omega) + quadrature)
+    settled = 1.0 + omega**2 * D(omega) * H(omega) / D(omega)
+    found = swept_over_steady(there, omega, np.full(9, rate), x)
+    # both are first order in the rate: they differ by its square, 1e-10 times 1/ζ² squared
+    assert found - 1.0 == pytest.approx(swept / settled - 1.0, abs=2e-7)
+    assert np.max(np.abs(found - 1.0)) > 1e-5
+
+
+def test_iso_limit():
+    # 54 f²/Q² Hz a minute at f = 10 Hz, Q = 50
+    assert iso_limit(10.0 / 50.0) == pytest.approx(54 * 0.2**2 / 60)
+
+
+def test_a_fold_is_followed_and_its_slope_right(bench):
+    there = plant(bench.spec, 'vertical')
+    event = max(frequency_response(there.oscillator, 0.2, 2.0, isolas=False).folds,
+                key=lambda fold: fold.omega)  # fmt: skip
+    fold = fold_near(there, Fold(event.omega * 1.001, event.coefficients[:19]))
+    assert fold.omega == pytest.approx(event.omega, rel=1e-3)
+    other = replace(there, oscillator=replace(there.oscillator, zeta=there.oscillator.zeta + 1e-6))
+    moved = fold_near(other, fold).omega - fold.omega
+    left, balance = left_null(there, fold), there.balance(9)
+    by_zeta = left @ (other.balance(9).residual(fold.x, fold.omega)) / 1e-6
+    h = 1e-6
+    by_omega = left @ (balance.residual(fold.x, fold.omega + h) -
+                       balance.residual(fold.x, fold.omega - h)) / (2 * h)  # fmt: skip
+    assert moved / 1e-6 == pytest.approx(-by_zeta / by_omega, rel=1e-3)
+
+
+def test_a_fold_that_is_not_there_is_not_found(bench):
+    damped = plant(bench.spec.override({'platform.zeta': 0.9}), 'vertical')
+    x = np.zeros(11)
+    x[1] = 0.05
+    assert fold_near(damped, Fold(0.6, x)) is None
+
+
+HEADER = 'dof,direction,frequency_hz,transmissibility,phase_deg,std\n'
+
+
+def test_csv_round_trip(tmp_path):
+    path = tmp_path / 'curve.csv'
+    path.write_text(HEADER + 'vertical,forward,1.5,2.0,-30,0.1\nhorizontal,,2.0,0.5,,\n')
+    vertical, horizontal = csv_table.read(path)
+    assert (vertical.dof, horizontal.dof) == ('vertical', 'horizontal')
+    assert vertical.phase == pytest.approx(np.radians([-30.0]))
+    assert vertical.weighted and not horizontal.weighted
+    assert horizontal.direction.tolist() == ['none'] and not horizontal.phased.any()
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        ('', 'the header lacks dof, frequency_hz, transmissibility'),
+        ('dof,frequency_hz\n', 'the header lacks transmissibility'),
+        ('dof,frequency_hz,transmissibility,colour\n', 'the header has colour'),
+        (HEADER, 'no rows'),
+        (HEADER + 'updown,none,1,1,,\n', "line 2: dof is 'updown'"),
+        (HEADER + 'vertical,up,1,1,,\n', "line 2: direction is 'up'"),
+        (HEADER + 'vertical,none,1,x,,\n', "transmissibility is 'x', not a number"),
+        (HEADER + 'vertical,none,-1,1,,\n', 'frequency_hz is -1'),
+        (HEADER + 'vertical,none,1,1,,0\n', 'std is 0'),
+        (HEADER + 'vertical,none,1\n', "transmissibility is '', not a number"),
+    ],
+)
+def test_csv_refusals(tmp_path, text, said):
+    path = tmp_path / 'curve.csv'
+    path.write_text(text)
+    with pytest.raises(InputError, match=said):
+        csv_table.read(path)
+
+
+def test_a_csv_that_is_not_there(tmp_path):
+    with pytest.raises(InputError, match='cannot be read as CSV'):
+        csv_table.read(tmp_path / 'no.csv')
