@@ -20,6 +20,9 @@ from qzs_rig.drawing.write import pictures
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.response import Branch, FrequencyResponse
 
+ARTEFACT = 1e-2
+"""Unbalanced force over the drive that a user is warned of."""
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -56,6 +59,12 @@ def all_branches(found: FrequencyResponse, method: str = 'harmonic balance') -> 
         cautions.append(
             f'T is largest at the end of the range, omega {found.high:g}: the resonance has not '
             'come down there, and with this damping may never (a cubic law does not saturate)'
+        )
+    worst = max((branch.defect for branch in found.branches), default=0.0)
+    if worst > ARTEFACT:
+        cautions.append(
+            f'a motion leaves {worst:.2g} of the drive unbalanced: its branch may be an artefact '
+            'of too few harmonics; leave out --harmonics'
         )
     return Answer(
         _title(found.oscillator),
@@ -113,6 +122,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
         'stable': branch.stable.tolist(),
         'symmetric': branch.symmetric,
         'ends': list(branch.reasons),
+        'defect': branch.defect,
     }
 
 

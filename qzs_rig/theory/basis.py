@@ -26,7 +26,7 @@ class Basis:
     @staticmethod
     @cache
     def full(harmonics: int) -> Basis:
-        """0, 1, 2, ...: motions of the drive's period. Products up to fourth order are exact."""
+        """0, 1, 2, ...: motions of the drive's period. Cubic forces are exact."""
         return Basis(tuple(range(harmonics + 1)), _samples(harmonics))
 
     @staticmethod
@@ -108,7 +108,8 @@ class Basis:
 
 
 def _samples(harmonics: int) -> int:
-    return max(16, 4 * harmonics + 4)
+    # half more than a cubic law needs: of other laws, less comes back as what it is not
+    return max(16, 4 * (3 * harmonics // 2 + 1))
 
 
 def harmonics_of(coefficients: Array) -> int:

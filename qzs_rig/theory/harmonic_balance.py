@@ -61,9 +61,12 @@ class HarmonicBalance:
 
     def residual(self, x: Array, omega: ArrayLike) -> Array:
         """What the coefficients x (..., 2H + 1) leave unbalanced, (..., 2H + 1)."""
-        force = self.oscillator.force(x @ self.to_time.T) @ self.to_frequency.T
-        balance = (self.linear(omega) @ x[..., None])[..., 0] + force
-        balance[..., self._cos1] -= self.oscillator.drive(np.asarray(omega, dtype=np.float64))
+        frequency, own = np.asarray(omega, dtype=np.float64), self.oscillator
+        rate = frequency[..., None]
+        balance = own.force(x @ self.to_time.T) @ self.to_frequency.T
+        balance = balance + 2 * own.zeta * rate * (x @ self.basis.derivative.T)
+        balance -= (rate * self.basis.rates) ** 2 * x
+        balance[..., self._cos1] -= own.drive(frequency)
         return np.asarray(balance)
 
     def jacobian(self, x: Array, omega: ArrayLike) -> Array:

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.theory import search
+from qzs_rig.theory.basis import harmonics_of, resized
 from qzs_rig.theory.events import Located, Stretch, Zero, crossing, doubling, locate, turning
 from qzs_rig.theory.floquet import Floquet, floquet
 from qzs_rig.theory.follow import Followed, Tracer, follow
-from qzs_rig.theory.harmonic_balance import transmissibility
+from qzs_rig.theory.harmonic_balance import HarmonicBalance, transmissibility
 from qzs_rig.theory.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.unknowns import Unknowns
@@ -35,7 +36,9 @@ class Branch:
     `T` = |u/v| and `phase_deg` of u against v in (-180, 180], `amplitude` of w: of fundamentals.
     `coefficients` (n, 2H + 1) as in HarmonicBalance, of which `harmonics` (n,) were needed.
     `multipliers` (n, 2): Floquet's. `symmetric`: all motions mirror themselves every half period.
-    `reasons`: why it ends at its first and its last point.
+    `reasons`: why it ends at its first and its last point. `defect`: the most that any motion
+    leaves unbalanced in twice the harmonics, over the drive; a large one marks an artefact of too
+    few harmonics.
     """
 
     omega: Array
@@ -48,6 +51,7 @@ class Branch:
     multipliers: NDArray[np.complex128]
     symmetric: bool
     reasons: tuple[str, str]
+    defect: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -165,7 +169,16 @@ def _branch(oscillator: Oscillator, path: Followed, odd: bool, floquets: Floquet
         multipliers=floquets.multipliers,
         symmetric=odd,
         reasons=path.reasons,
+        defect=_defect(oscillator, path),
     )
+
+
+def _defect(oscillator: Oscillator, path: Followed) -> float:
+    harmonics = 2 * harmonics_of(path.coefficients)
+    left = HarmonicBalance(oscillator, harmonics).residual(
+        resized(path.coefficients, harmonics), path.omega
+    )
+    return float((np.linalg.norm(left, axis=1) / oscillator.drive(path.omega)).max())
 
 
 def _events(oscillator: Oscillator, number: int, branch: Branch, floquets: Floquet) -> list[Event]:

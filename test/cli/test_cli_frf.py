@@ -90,6 +90,12 @@ def test_a_resonance_without_end_is_said(told):
     assert 'has not come down' in err
 
 
+def test_too_few_harmonics_are_said(told):
+    words = ('--zeta', '0.02', '--amplitude', '0.6', '--omega', '1.2:2', '--no-isolas')
+    *_, err = told(*words, '--harmonics', '7')
+    assert 'artefact of too few harmonics' in err
+
+
 def test_backbone_and_jump_map(told, tmp_path):
     pytest.importorskip('matplotlib')
     words = ('--law', 'taylor', '--zeta', '0.1', '--amplitude', '0.05', '--omega', '0.2:1')

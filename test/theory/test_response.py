@@ -56,9 +56,12 @@ def test_as_many_harmonics_as_it_takes(closed_form):
     assert 1.40 < closed_form.branches[0].omega[peak] < 1.44
     # the restoring force saturates: a motion of 20 L20 has a kink of width a/20
     assert closed_form.branches[0].harmonics[peak] > 15
+    # a tail of 1e-8 of twenty L20, times its own squared frequency, over a drive of 1.2
+    assert closed_form.branches[0].defect < 1e-2
     few = frequency_response(
         vertical('closed_form', 0.02, 0.6), 1.2, 1.6, harmonics=25, isolas=False
     )
+    assert few.branches[0].defect > 0.05
     assert few.harmonics == 25
     assert few.branches[0].T.max() == pytest.approx(closed_form.branches[0].T.max(), rel=1e-2)
 
