@@ -4,7 +4,7 @@ Every trial draws its own platform, is stepped up and down through the jump by t
 test/identification/measured_platform.py (nothing of the product), gets noise that differs from
 point to point, and is fitted from the same start. Prints trials inside for each parameter.
 
-    python benchmarks/identify_coverage.py [trials]
+    python benchmarks/identify_coverage.py [trials [case]]
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def main() -> None:
     ratio = stepped(hz, *truth, settle_s=25.0)
     print(f'{trials} platforms measured in {time.perf_counter() - began:.0f} s')
     spec = scenario.load('vertical_sweep')
-    for case in CASES:
+    for case in sys.argv[2:] or CASES:
         began, inside, width = time.perf_counter(), np.zeros(len(DEFAULT), int), []
         for k in range(trials):
             points = noisy(hz, ratio[:, k], np.random.default_rng((7, k)), case)

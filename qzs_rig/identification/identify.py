@@ -142,9 +142,10 @@ def _cautions(
             f'the points do not determine {", ".join(vague)}; see what combinations they fix'
         )
     if rivals:
+        each = '; '.join(_values(one) for one in (fit, *rivals))
         said.append(
-            f'{len(rivals) + 1} solutions fit alike; the intervals span them all. '
-            'Phases, or points nearer to the jumps, would tell them apart'
+            f'{len(rivals) + 1} solutions fit alike: {each}. The intervals span them all; phases, '
+            'or points nearer to the jumps, would tell them apart'
         )
     if known.excess > chi_square(LEVEL, fit.freedom) / fit.freedom:
         said.append(
@@ -156,6 +157,11 @@ def _cautions(
         said.append(f'{", ".join(bound)} ended at a bound; its interval is one-sided')
     pairs = zip(fit.sets, fit.trial.state, strict=True)
     return tuple(said + [text for pair in pairs for text in _points_said(*pair)])
+
+
+def _values(fit: Fit) -> str:
+    pairs = zip(fit.unknowns.names, fit.values.tolist(), strict=True)
+    return ', '.join(f'{name} = {value:.4g}' for name, value in pairs)
 
 
 def _points_said(item: Set, response: Response) -> list[str]:
