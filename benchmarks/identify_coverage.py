@@ -21,7 +21,7 @@ from measured_platform import stepped
 
 from qzs_rig import scenario
 from qzs_rig.identification.identify import identify
-from qzs_rig.identification.points import Points, joined
+from qzs_rig.identification.points import Points
 from qzs_rig.identification.unknowns import DEFAULT
 
 CASES = ('with std', 'without std', 'without phase')
@@ -68,20 +68,16 @@ def noisy(hz: np.ndarray, ratio: np.ndarray, rng: np.random.Generator, case: str
     n = len(hz)
     sigma = NOISE * rng.uniform(0.5, 2.0, n)
     T = np.abs(ratio)
-    return joined(
-        [
-            Points(
-                'vertical',
-                np.where(np.arange(n) < N, 'forward', 'reverse'),
-                hz,
-                T * (1.0 + sigma * rng.standard_normal(n)),
-                np.full(n, np.nan)
-                if case == 'without phase'
-                else np.angle(ratio) + sigma * rng.standard_normal(n),
-                sigma * T if case == 'with std' else np.full(n, np.nan),
-                np.zeros(n),
-            )
-        ]
+    return Points(
+        'vertical',
+        np.where(np.arange(n) < N, 'forward', 'reverse'),
+        hz,
+        T * (1.0 + sigma * rng.standard_normal(n)),
+        np.full(n, np.nan)
+        if case == 'without phase'
+        else np.angle(ratio) + sigma * rng.standard_normal(n),
+        sigma * T if case == 'with std' else np.full(n, np.nan),
+        np.zeros(n),
     )
 
 

@@ -30,14 +30,14 @@ def test_noise_free_curves_give_the_platform_back(bench, lane):
 
 
 def test_intervals_hold_the_truth(bench):
-    """Of 12 intervals of 95 % fewer than 10 hold it twice in 100; benchmarks/ counts 900."""
+    """Of 9 intervals of 95 % fewer than 7 hold it once in 100 times; benchmarks/ counts 900."""
     held = 0
-    for seed in range(4):
+    for seed in range(3):
         points = bench.points(seed % 2, 0.01, seed, std=seed % 2 == 0)
         found = identify(bench.spec, [points], DEFAULT)
         pairs = zip(found.intervals, bench.truth[seed % 2], strict=True)
         held += sum(limit.low <= true <= limit.high for limit, true in pairs)
-    assert held >= 10
+    assert held >= 7
 
 
 def test_magnitudes_alone_do(bench):
