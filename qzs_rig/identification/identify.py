@@ -173,6 +173,11 @@ def _points_said(item: Set, response: Response) -> list[str]:
             f'only {used} of {n} points of {dof} lie on a branch; check excitation.amplitude, '
             'excitation.quantity and platform.law'
         )
+    if not item.points.phased.any():
+        said.append(
+            f'{dof} was measured without phase: where branches or wells of like T lie side by side '
+            'a point may count for the wrong one, and the intervals come out too narrow'
+        )
     if item.points.chirp.any():
         fastest = float(np.max(np.abs(item.points.chirp)))
         there = response.plant

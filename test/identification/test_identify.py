@@ -43,6 +43,7 @@ def test_intervals_hold_the_truth(bench):
 def test_magnitudes_alone_do(bench):
     found = identify(bench.spec, [bench.points(0, 0.003, 1, phase=False)], DEFAULT)
     pairs = zip(found.intervals, bench.truth[0], strict=True)
+    assert any('without phase' in text for text in found.cautions)
     # one seed, three intervals of 95 %, told over all solutions that fit
     assert all(limit.low <= true <= limit.high for limit, true in pairs)
 
