@@ -4,7 +4,7 @@ Every trial draws its own platform, is stepped up and down through the jump by t
 test/identification/measured_platform.py (nothing of the product), gets noise that differs from
 point to point, and is fitted from the same start. Prints trials inside for each parameter.
 
-    python benchmarks/identify_coverage.py [trials]
+    python benchmarks/identify_coverage.py [trials [case]]
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from measured_platform import stepped
 
 from qzs_rig import scenario
 from qzs_rig.identification.identify import identify
-from qzs_rig.identification.points import Points, joined
+from qzs_rig.identification.points import Points
 from qzs_rig.identification.unknowns import DEFAULT
 
 CASES = ('with std', 'without std', 'without phase')
@@ -46,7 +46,7 @@ def main() -> None:
     ratio = stepped(hz, *truth, settle_s=25.0)
     print(f'{trials} platforms measured in {time.perf_counter() - began:.0f} s')
     spec = scenario.load('vertical_sweep')
-    for case in CASES:
+    for case in sys.argv[2:] or CASES:
         began, inside, width = time.perf_counter(), np.zeros(len(DEFAULT), int), []
         for k in range(trials):
             points = noisy(hz, ratio[:, k], np.random.default_rng((7, k)), case)
@@ -68,20 +68,16 @@ def noisy(hz: np.ndarray, ratio: np.ndarray, rng: np.random.Generator, case: str
     n = len(hz)
     sigma = NOISE * rng.uniform(0.5, 2.0, n)
     T = np.abs(ratio)
-    return joined(
-        [
-            Points(
-                'vertical',
-                np.where(np.arange(n) < N, 'forward', 'reverse'),
-                hz,
-                T * (1.0 + sigma * rng.standard_normal(n)),
-                np.full(n, np.nan)
-                if case == 'without phase'
-                else np.angle(ratio) + sigma * rng.standard_normal(n),
-                sigma * T if case == 'with std' else np.full(n, np.nan),
-                np.zeros(n),
-            )
-        ]
+    return Points(
+        'vertical',
+        np.where(np.arange(n) < N, 'forward', 'reverse'),
+        hz,
+        T * (1.0 + sigma * rng.standard_normal(n)),
+        np.full(n, np.nan)
+        if case == 'without phase'
+        else np.angle(ratio) + sigma * rng.standard_normal(n),
+        sigma * T if case == 'with std' else np.full(n, np.nan),
+        np.zeros(n),
     )
 
 

@@ -29,9 +29,10 @@ examples:
 A point lies on the branch whose stable motion is nearest to it. Left out are points that no branch
 meets within a factor of two, points within 0.3 % of a fold, and of a sweep the transition at a jump
 with the ringing after it; the lag of a sweep is taken off to first order in its rate. Intervals
-hold with 95 %: Student's t on the larger of the usual and the heteroscedasticity-robust error, out
-to the profile where the fit is not straight, over all solutions that fit alike. What the points do
-not determine is said, with the combinations that they do.
+hold with 95 % for all parameters together: Student's t on the larger of the usual and the
+heteroscedasticity-robust error, out to the profile where the fit is not straight, over all
+solutions that fit alike. What the points do not determine is said, with the combinations that they
+do.
 """
 
 

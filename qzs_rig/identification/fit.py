@@ -95,8 +95,8 @@ def cost(fit: Fit, yardstick: Fit) -> float:
     for item, response, by in zip(fit.sets, fit.trial.state, yardstick.sets, strict=True):
         r, _ = replace(by, lag=item.lag).missed(response.ratio)
         there = np.concatenate([np.ones(len(item.points), bool), item.points.phased])
-        there_is = np.tile(response.good & (item.why != ASTRAY), 2)
-        capped = np.where(there_is, np.minimum(r**2, OUTLIER**2), OUTLIER**2)
+        met = np.tile(response.good, 2)
+        capped = np.where(met, np.minimum(r**2, OUTLIER**2), OUTLIER**2)
         total += float(np.sum(capped[there]))
     return total
 

@@ -142,9 +142,10 @@ def _cautions(
             f'the points do not determine {", ".join(vague)}; see what combinations they fix'
         )
     if rivals:
+        each = '; '.join(_values(one) for one in (fit, *rivals))
         said.append(
-            f'{len(rivals) + 1} solutions fit alike; the intervals span them all. '
-            'Phases, or points nearer to the jumps, would tell them apart'
+            f'{len(rivals) + 1} solutions fit alike: {each}. The intervals span them all; phases, '
+            'or points nearer to the jumps, would tell them apart'
         )
     if known.excess > chi_square(LEVEL, fit.freedom) / fit.freedom:
         said.append(
@@ -158,6 +159,11 @@ def _cautions(
     return tuple(said + [text for pair in pairs for text in _points_said(*pair)])
 
 
+def _values(fit: Fit) -> str:
+    pairs = zip(fit.unknowns.names, fit.values.tolist(), strict=True)
+    return ', '.join(f'{name} = {value:.4g}' for name, value in pairs)
+
+
 def _points_said(item: Set, response: Response) -> list[str]:
     """About the points of one degree of freedom."""
     said, dof, n = [], item.points.dof, len(item.points)
@@ -166,6 +172,11 @@ def _points_said(item: Set, response: Response) -> list[str]:
         said.append(
             f'only {used} of {n} points of {dof} lie on a branch; check excitation.amplitude, '
             'excitation.quantity and platform.law'
+        )
+    if not item.points.phased.any():
+        said.append(
+            f'{dof} was measured without phase: where branches or wells of like T lie side by side '
+            'a point may count for the wrong one, and the intervals come out too narrow'
         )
     if item.points.chirp.any():
         fastest = float(np.max(np.abs(item.points.chirp)))

@@ -1,5 +1,8 @@
 """95 % intervals: from the covariance, and out to the profile where the fit is not straight.
 
+They hold jointly: with 95 % confidence all parameters lie in theirs (Bonferroni), since they are
+used together. One by one each holds with more.
+
 The profile of a parameter is the least sum of squares with the parameter held; its interval ends
 where that has risen by t² (Venzon and Moolgavkar, Appl. Statist. 37 (1988) 87).
 """
@@ -27,8 +30,11 @@ SEARCHES = 6
 
 @dataclass(frozen=True)
 class Interval:
-    """`low` to `high` hold the value with 95 % confidence. `determined` is False where the data
-    leave it open by more than the parameter is worth; then the interval says only how far."""
+    """`low` to `high` hold the value with 95 % confidence, all parameters together.
+
+    `determined` is False where the data leave it open by more than the parameter is worth; then
+    the interval says only how far.
+    """
 
     low: float
     high: float
@@ -39,7 +45,7 @@ class Interval:
 
 def intervals(fit: Fit, known: Covariance) -> tuple[Interval, ...]:
     """One for each parameter."""
-    t = student(0.5 + LEVEL / 2, max(fit.freedom, 1))
+    t = student(1.0 - (1.0 - LEVEL) / (2 * len(fit.values)), max(fit.freedom, 1))
     sighted = bool(np.all(known.std <= fit.unknowns.scale))
     found = []
     for k, (item, std) in enumerate(zip(fit.unknowns.items, known.std.tolist(), strict=True)):

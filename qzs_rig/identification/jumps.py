@@ -57,7 +57,8 @@ PAPER_UNKNOWNS = (
 )
 HARMONICS = 9
 """Of the folds: good to 1e-4 here, where the frequencies are known to a twentieth."""
-BAND_HZ = (0.5, 20.0)
+REACH = 2.5
+"""Folds are looked for from so far below the jumps of a degree of freedom to so far above."""
 STEPS = 200
 STRIDE = 0.1
 """Largest relative change of a parameter in one step: folds come and go."""
@@ -174,7 +175,8 @@ def _first(wanted: Unknowns, jumps: Sequence[Jump]) -> list[Fold | None]:
     folds: dict[str, list[Fold]] = {}
     for dof in dict.fromkeys(jump.dof for jump in jumps):
         there = plant(wanted.spec, dof)
-        low, high = (float(there.omega(np.array(hz))) for hz in BAND_HZ)
+        hz = np.array([jump.frequency_hz for jump in jumps if jump.dof == dof])
+        low, high = there.omega(np.array([hz.min() / REACH, hz.max() * REACH])).tolist()
         answer = frequency_response(there.oscillator, low, high, isolas=False)
         found = [
             Fold(event.omega, event.coefficients[: 2 * HARMONICS + 1]) for event in answer.folds

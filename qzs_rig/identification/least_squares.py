@@ -54,7 +54,8 @@ def minimise(
     for _ in range(STEPS):
         J, r = here.jacobian[here.good] * scale, here.residual[here.good]
         normal, slope = J.T @ J, J.T @ r
-        diagonal = np.diag(normal) + 1e-12 * np.trace(normal)
+        # a parameter that moves nothing has a row of zeros, and stays
+        diagonal = np.diag(normal) + max(1e-12 * float(np.trace(normal)), 1e-30)
         step = -np.linalg.solve(normal + damping * np.diag(diagonal), slope)
         values = bounded(here.values + scale * step)
         step = (values - here.values) / scale

@@ -74,7 +74,8 @@ def _column(axes: Any, found: Identified, item: Set, residual: Array) -> None:
         use, out = here & item.use, here & ~item.use
         hz, words = points.frequency_hz, direction_name(direction)
         magnitude.plot(hz[use], settled[use], label=words, **style)
-        magnitude.plot(hz[out], settled[out], markerfacecolor='none', **style)
+        label = f'{words}, left out' if out.any() else None
+        magnitude.plot(hz[out], settled[out], markerfacecolor='none', label=label, **style)
         phase.plot(hz[use], turned[use], **style)
         misses.plot(hz[use], residual[0][use], **style)
         misses.plot(hz[use], np.where(points.phased, residual[1], np.nan)[use],

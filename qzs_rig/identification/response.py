@@ -29,7 +29,7 @@ class Response:
     """Steady motions at the points of one degree of freedom.
 
     `x` (n, 2H + 1) are the coefficients, `ratio` (n,) u/v; `good` says where a stable motion was
-    found. Where not, ratio is what the iteration left there.
+    found. Where not, x is where the search began.
     """
 
     plant: Plant
@@ -50,7 +50,7 @@ def followed(there: Plant, frequency_hz: Array, x: Array) -> Response:
     omega = there.omega(frequency_hz)
     found = steady(there.oscillator, omega, x)
     good = found.converged & np.isfinite(found.coefficients).all(axis=1)
-    motion = np.where(good[:, None], found.coefficients, 0.0)
+    motion = np.where(good[:, None], found.coefficients, x)
     determinant = np.linalg.det(there.balance(x.shape[1] // 2).jacobian(motion, omega))
     # the middle branch between two folds has one growing exponent: the determinant changes sign
     return Response(

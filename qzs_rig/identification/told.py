@@ -11,6 +11,7 @@ from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table
 from qzs_rig.identification.covariance import Direction
 from qzs_rig.identification.identify import Identified
+from qzs_rig.identification.intervals import LEVEL
 from qzs_rig.identification.residuals import Set
 from qzs_rig.identification.response import Response
 from qzs_rig.identification.unknowns import TRIM, Unknowns
@@ -39,7 +40,7 @@ def parameters(found: Identified) -> Table:
         span = (f'{limit.low:.6g}', f'{limit.high:.6g}')
         rows.append((item.name, item.unit, known, f'{limit.std:.2g}', *span, limit.method))
     header = ('parameter', 'unit', 'estimate', '±', '95 % from', 'to', 'interval')
-    return Table('Fitted parameters', header, tuple(rows))
+    return Table('Fitted parameters; the intervals hold together', header, tuple(rows))
 
 
 def correlations(found: Identified) -> Table:
@@ -104,6 +105,8 @@ def document(found: Identified) -> dict[str, Any]:
             {'name': item.name, 'unit': item.unit, 'estimate': value, **vars(limit)}
             for item, value, limit in items
         ],
+        'confidence': LEVEL,
+        'jointly': True,
         'correlation': found.known.correlation.tolist(),
         'combinations': combination_list(fit.unknowns, found.known.directions),
         'reduced_chi_square': found.reduced_chi_square,

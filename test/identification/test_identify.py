@@ -10,7 +10,9 @@ import pytest
 from qzs_rig import rig, scenario
 from qzs_rig.errors import InputError
 from qzs_rig.identification import curves, told
+from qzs_rig.identification.advice import advice
 from qzs_rig.identification.identify import identify
+from qzs_rig.identification.intervals import Interval
 from qzs_rig.identification.points import by_dof
 from qzs_rig.identification.unknowns import DEFAULT
 
@@ -21,55 +23,64 @@ def test_noise_free_curves_give_the_platform_back(bench, lane):
     # Runge-Kutta and settling of the measurement: 1e-5; of the trim, in kg, by its weak effect
     assert found.fit.values == pytest.approx(bench.truth[lane], rel=1e-4, abs=1e-3)
     assert found.cautions == ()
+    assert found.advice.action == ('remove', 'add')[lane]
+    assert found.advice.grams == pytest.approx(-1e3 * bench.truth[lane, 2], abs=1.0)
     upper = found.fit.trial.state[0].upper
     assert upper.any() and not upper.all()
 
 
 def test_intervals_hold_the_truth(bench):
-    """Of 18 intervals of 95 % fewer than 15 hold it once in 500 times; benchmarks count 300."""
+    """Of 9 intervals of 95 % fewer than 7 hold it once in 100 times; benchmarks/ counts 900."""
     held = 0
-    for seed in range(6):
+    for seed in range(3):
         points = bench.points(seed % 2, 0.01, seed, std=seed % 2 == 0)
         found = identify(bench.spec, [points], DEFAULT)
         pairs = zip(found.intervals, bench.truth[seed % 2], strict=True)
         held += sum(limit.low <= true <= limit.high for limit, true in pairs)
-    assert held >= 15
+    assert held >= 7
 
 
 def test_magnitudes_alone_do(bench):
     found = identify(bench.spec, [bench.points(0, 0.003, 1, phase=False)], DEFAULT)
     pairs = zip(found.intervals, bench.truth[0], strict=True)
+    assert any('without phase' in text for text in found.cautions)
     # one seed, three intervals of 95 %, told over all solutions that fit
     assert all(limit.low <= true <= limit.high for limit, true in pairs)
 
 
-def test_advice_turns_the_trim_round(bench):
-    more = identify(bench.spec, [bench.points(0, 0.003, 2)], DEFAULT).advice
-    less = identify(bench.spec, [bench.points(1, 0.003, 2)], DEFAULT).advice
-    assert more.action == 'remove' and more.low < -300.0 < more.high
-    assert less.action == 'add' and less.low < 400.0 < less.high
-    assert '300' in f'{-more.grams:.0f}' or abs(more.grams + 300.0) < 60.0
-    assert more.text.startswith('remove') and ' g (95 %' in more.text
+def test_advice_says_which_way():
+    def limit(low, high, determined=True):
+        return Interval(low, high, 0.1, determined, 'linear')
+
+    heavy = advice(0.3, limit(0.25, 0.35))
+    assert (heavy.action, heavy.low, heavy.high) == ('remove', -350.0, -250.0)
+    assert heavy.text == 'remove 300 g (95 %: 250 to 350 g)'
+    assert advice(-0.3, limit(-0.35, -0.25)).text == 'add 300 g (95 %: 250 to 350 g)'
+    assert advice(0.1, limit(-0.1, 0.3)).action == 'leave'
+    assert advice(0.3, limit(0.1, 0.5, False)).action == 'unknown'
 
 
 def test_given_deviations_are_judged_and_widened(bench):
-    honest = identify(bench.spec, [bench.points(0, 0.01, 3, std=True)], DEFAULT)
-    # 40 readings less 3 parameters: chi-square over its freedom is 1 ± 0.23
+    balanced = bench.spec.override({'platform.payload_trim': 0.3})
+    honest = identify(balanced, [bench.points(0, 0.01, 3, std=True)], DEFAULT[:2])
+    # 40 readings less 2 parameters: chi-square over its freedom is 1 ± 0.23
     assert honest.reduced_chi_square == pytest.approx(1.0, abs=0.7)
     points = bench.points(0, 0.01, 3, std=True)
-    boasting = identify(bench.spec, [replace(points, std=points.std / 3.0)], DEFAULT)
+    boasting = identify(balanced, [replace(points, std=points.std / 3.0)], DEFAULT[:2])
     assert any('widened' in text for text in boasting.cautions)
     assert boasting.known.std == pytest.approx(honest.known.std, rel=0.5)
 
 
 def test_what_the_points_do_not_determine_is_named(bench):
-    ratios = bench.spec.override({'platform.A': 1.1, 'platform.k3_hat': 0.1, 'platform.zeta': 0.08})
+    ratios = bench.spec.override(
+        {'platform.A': 1.11, 'platform.k3_hat': 0.1, 'platform.zeta': 0.08}
+    )
     # frequency knows k1/m; the trim of lane 2 is nothing, so no weight tells k1 by itself
     found = identify(ratios, [bench.points(2, 0.003)], ('platform.k1', 'platform.m'))
     assert not any(limit.determined for limit in found.intervals)
     assert any('do not determine platform.k1, platform.m' in text for text in found.cautions)
     best, other = found.known.directions
-    assert best.weights[0] == pytest.approx(-best.weights[1], rel=1e-3)
+    assert best.weights[0] == pytest.approx(-best.weights[1], rel=0.02)
     assert best.std < 0.01 and other.std > 1.0
     assert found.known.correlation[0, 1] > 0.999
     assert 'not determined' in told.text(found)
@@ -88,8 +99,8 @@ def test_a_stepped_run_of_the_rig_is_found_again():
 
 
 def test_the_lag_of_a_sweep_is_taken_off():
-    true = {'platform.zeta': 0.03, 'platform.A': 1.11, 'platform.payload_trim': 0.3}
-    start = scenario.load('vertical_sweep')
+    true = {'platform.zeta': 0.03, 'platform.A': 1.11}
+    start = scenario.load('vertical_sweep').override({'platform.payload_trim': 0.3})
     spec = start.override(true)
     parts = by_dof(curves.measured(rig.run(spec).estimate, spec), None)
     found = identify(start, parts, tuple(true))
