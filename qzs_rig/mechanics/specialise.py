@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from functools import cache
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -32,7 +33,7 @@ def compiled(
 
     how: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'fastmath': fastmath}
     inner = {
-        name: formula if hasattr(formula, 'py_func') else njit(**how)(formula)
+        name: njit(**how)(formula) if isinstance(formula, FunctionType) else formula
         for name, formula in formulas.items()
     }
     told = ''.join(name + fingerprint(formula) for name, formula in formulas.items())
@@ -43,6 +44,29 @@ def compiled(
         _bound(template, inner, f'{template.__name__}_{stamp}')
     )
     return kernel
+
+
+def widen() -> None:
+    """Nothing; where `widest` stands in for it, the kernel uses the widest vectors there are."""
+
+
+@cache
+def widest() -> Any:
+    """What to put in for `widen`: compilers keep to half of AVX-512 unless they are told, which
+    loops of nothing but arithmetic need not. Raises ImportError where numba is missing."""
+    from numba import types
+    from numba.extending import intrinsic
+
+    def told(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        # a word for LLVM that llvmlite passes on but does not list
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        return context.get_dummy_value()
+
+    @intrinsic
+    def widened(typing: Any) -> Any:
+        return types.void(), told
+
+    return widened
 
 
 def fingerprint(function: Any) -> str:
