@@ -36,7 +36,9 @@ def compiled(
         name: njit(**how)(formula) if isinstance(formula, FunctionType) else formula
         for name, formula in formulas.items()
     }
-    told = ''.join(name + fingerprint(formula) for name, formula in formulas.items())
+    told = fingerprint(template) + ''.join(
+        name + fingerprint(formula) for name, formula in formulas.items()
+    )
     # sets of words have another order in every process
     relaxed = sorted(fastmath) if isinstance(fastmath, set) else fastmath
     stamp = hashlib.sha256(f'{told}{relaxed}'.encode()).hexdigest()[:16]
@@ -79,7 +81,14 @@ def fingerprint(function: Any) -> str:
     if not hasattr(function, '__code__'):
         return repr(function)
     cells = function.__closure__ or ()
-    return _code(function.__code__) + ''.join(fingerprint(cell.cell_contents) for cell in cells)
+    numbers = [function.__globals__.get(name) for name in function.__code__.co_names]
+    # what a module calls LANES or STAGES is a constant in compiled code
+    known = repr([number for number in numbers if isinstance(number, int | float)])
+    return (
+        known
+        + _code(function.__code__)
+        + ''.join(fingerprint(cell.cell_contents) for cell in cells)
+    )
 
 
 def _code(code: CodeType) -> str:

@@ -12,7 +12,8 @@ import numpy as np
 
 from qzs_rig.mechanics.specialise import widen
 from qzs_rig.theory.splitting import STAGES
-from qzs_rig.theory.strobe_kernel import LANES, board, keep_shared, shared
+from qzs_rig.theory.strobe_cycles import LANES
+from qzs_rig.theory.strobe_kernel import board, keep_shared, shared
 
 SHIFT = 1e-5
 """Half the base of the difference: SHIFT² F'''/6 and rounding/SHIFT are both about 1e-10."""
