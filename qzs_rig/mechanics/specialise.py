@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
+from functools import cache
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -49,15 +50,40 @@ def compiled(
     closed = {**how, 'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
     inner: dict[str, Function] = {}
     for name, formula in formulas.items():
-        ready = hasattr(formula, 'py_func')
-        inner[name] = formula if ready else njit(**closed)(_bound(formula, inner, name))
-    told = ''.join(name + fingerprint(formula) for name, formula in formulas.items())
+        plain = isinstance(formula, FunctionType)
+        inner[name] = njit(**closed)(_bound(formula, inner, name)) if plain else formula
+    told = fingerprint(template) + ''.join(
+        name + fingerprint(formula) for name, formula in formulas.items()
+    )
     # a set of words has another order in every process
     manner = sorted(fastmath) if isinstance(fastmath, set) else fastmath
     stamp = hashlib.sha256(f'{told}{manner}{allocates}'.encode()).hexdigest()[:16]
     named = _bound(template, inner, f'{template.__name__}_{stamp}')
     kernel: Function = njit(signature, cache=True, **how)(named)
     return kernel
+
+
+def widen() -> None:
+    """Nothing; where `widest` stands in for it, the kernel uses the widest vectors there are."""
+
+
+@cache
+def widest() -> Any:
+    """What to put in for `widen`: compilers keep to half of AVX-512 unless they are told, which
+    loops of nothing but arithmetic need not. Raises ImportError where numba is missing."""
+    from numba import types
+    from numba.extending import intrinsic
+
+    def told(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        # a word for LLVM that llvmlite passes on but does not list
+        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        return context.get_dummy_value()
+
+    @intrinsic
+    def widened(typing: Any) -> Any:
+        return types.void(), told
+
+    return widened
 
 
 def fingerprint(function: Any) -> str:
@@ -70,7 +96,14 @@ def fingerprint(function: Any) -> str:
     if not hasattr(function, '__code__'):
         return repr(function)
     cells = function.__closure__ or ()
-    return _code(function.__code__) + ''.join(fingerprint(cell.cell_contents) for cell in cells)
+    numbers = [function.__globals__.get(name) for name in function.__code__.co_names]
+    # what a module calls LANES or STAGES is a constant in compiled code
+    known = repr([number for number in numbers if isinstance(number, int | float)])
+    return (
+        known
+        + _code(function.__code__)
+        + ''.join(fingerprint(cell.cell_contents) for cell in cells)
+    )
 
 
 def _code(code: CodeType) -> str:

@@ -19,6 +19,7 @@ from qzs_rig.theory import splitting
 from qzs_rig.theory import strobe_kernel as strobing
 from qzs_rig.theory import tangent_kernel as source
 from qzs_rig.theory.lanes import Lanes
+from qzs_rig.theory.strobe_cycles import LANES
 from qzs_rig.theory.strobe_engine import advance_type, advancing, spread
 from qzs_rig.theory.strobe_numpy import tangent_advancing
 from qzs_rig.timehistory import Array
@@ -90,9 +91,9 @@ def exponents(
     def part(which: slice) -> None:
         own = lanes[which]
         design = tuple(own.design.tolist()) if own.shared else own.design
-        block = design if own.shared else np.ones((6, strobing.LANES))
+        block = design if own.shared else np.ones((6, LANES))
         moving, _, decay, reach, _, _ = strobing.workspace(steps)
-        work = moving, decay, reach, np.zeros((2, strobing.LANES))
+        work = moving, decay, reach, np.zeros((2, LANES))
         with np.errstate(all='ignore'):
             stretch(
                 work,

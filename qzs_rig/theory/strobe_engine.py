@@ -14,8 +14,8 @@ import numpy as np
 from qzs_rig.mechanics import specialise
 from qzs_rig.mechanics.restoring.law import RestoringLaw
 from qzs_rig.mechanics.restoring.roots import fast_rsqrt, reciprocal, teach_numba
+from qzs_rig.theory import strobe_cycles, strobe_numpy
 from qzs_rig.theory import strobe_kernel as source
-from qzs_rig.theory import strobe_numpy
 
 FAST = {'contract', 'reassoc', 'arcp', 'afn', 'nsz'}
 """Arithmetic that may be regrouped; numbers that are not finite stay what they are."""
@@ -37,7 +37,7 @@ def advancing(template: Any, law: RestoringLaw, number: int, shared: bool) -> An
     compiled once for all laws. Raises ImportError where numba is missing."""
     teach_numba()
     at = source.shared if shared else source.each
-    formulas = {'force': law.around(fast_rsqrt)[number], 'at': at}
+    formulas = {'force': law.around(fast_rsqrt)[number], 'at': at, 'widen': specialise.widest()}
     return specialise.compiled(template, formulas, fastmath=FAST, signature=advance_type(shared))
 
 
@@ -70,10 +70,10 @@ def _sweep(shared: bool) -> Callable[..., None]:
         *(cube, whole, whole, grid),
     )
     names = ('finish', 'board', 'look_back', 'remember', 'lose')
-    apart = specialise.compiled(source.apart, {})
+    apart = specialise.compiled(strobe_cycles.apart, {})
     parts: dict[str, Any] = {
         'take': source.keep_shared if shared else source.take_own,
-        'returned': specialise.compiled(source.returned, {'apart': apart}),
+        'returned': specialise.compiled(strobe_cycles.returned, {'apart': apart}),
         **{name: getattr(source, name) for name in names},
     }
     return specialise.compiled(source.sweep, parts, signature=signature)
@@ -81,7 +81,7 @@ def _sweep(shared: bool) -> Callable[..., None]:
 
 def tasks(runs: int, workers: int) -> list[slice]:
     """Runs shared out in even parts: lanes stay full, and no worker waits long for another."""
-    rounds = min(4, runs // (4 * source.LANES * workers)) if workers > 1 else 0
+    rounds = min(4, runs // (4 * strobe_cycles.LANES * workers)) if workers > 1 else 0
     parts = workers * rounds or 1
     edges = [round(k * runs / parts) for k in range(parts + 1)]
     return [slice(*pair) for pair in pairwise(edges)]

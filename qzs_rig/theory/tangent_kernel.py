@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from qzs_rig.mechanics.specialise import widen
 from qzs_rig.theory.splitting import STAGES
-from qzs_rig.theory.strobe_kernel import LANES, board, keep_shared, shared
+from qzs_rig.theory.strobe_cycles import LANES
+from qzs_rig.theory.strobe_kernel import board, keep_shared, shared
 
 SHIFT = 1e-5
 """Half the base of the difference: SHIFT² F'''/6 and rounding/SHIFT are both about 1e-10."""
@@ -31,6 +33,7 @@ def advance(
 ) -> None:
     """One period of all lanes, as in strobe_kernel without its sums; `tangent` (2, LANES) δw and
     δw'/h."""
+    widen()
     w, v, drive, load = moving[0], moving[1], moving[3], moving[4]
     dw, dv = tangent[0], tangent[1]
     for k in range(len(weights)):
