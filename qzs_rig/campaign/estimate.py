@@ -32,8 +32,7 @@ def expected(plan: Plan, chunks_under_way: int) -> Expected:
     """Time growing numbers of points, at most one chunk. Compiling is not counted."""
     most = min(plan.chunk, plan.points)
     count = min(plan.task.block, most)
-    if plan.task.block > 1:
-        _timed(plan, count)  # a kernel is compiled, or taken from the disk
+    _timed(plan, count)  # a kernel is compiled, or taken from the disk
     took = _timed(plan, count)
     while took < ENOUGH and count < most:
         count = min(GROWTH * count, most)

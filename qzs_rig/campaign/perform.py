@@ -15,6 +15,7 @@ from qzs_rig.campaign.part import Part
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.table import Finished
 from qzs_rig.errors import InputError
+from qzs_rig.theory.one_thread import one_thread
 
 Progress = Callable[[int], None]
 
@@ -42,6 +43,7 @@ class Performed:
     wall_s: float
 
 
+@one_thread
 def perform(
     plan: Plan, folder: Path, runner: Runner, kind: str | None, progress: Progress
 ) -> Performed:
@@ -49,7 +51,8 @@ def perform(
     usual).
 
     `progress(points)` is told the points done so far, first those found. Whatever ends it early,
-    KeyboardInterrupt too, the chunks done are kept; the same call goes on from there.
+    KeyboardInterrupt too, the chunks done are kept; the same call goes on from there. BLAS is held
+    to one thread all the while: threads that each hold and release it would change its sums.
     """
     table.refuse_missing(kind or '')
     began = time.perf_counter()

@@ -10,6 +10,7 @@ import numpy as np
 from qzs_rig.campaign import plan as plans
 from qzs_rig.campaign.part import Part
 from qzs_rig.campaign.plan import Plan
+from qzs_rig.theory.one_thread import one_thread
 
 
 def evaluate(plan: Plan, number: int) -> Part:
@@ -18,6 +19,7 @@ def evaluate(plan: Plan, number: int) -> Part:
         return plan.task.evaluate(plan.between(*plan.part(number)), plan.options)
 
 
+@one_thread
 def evaluate_text(text: str, number: int) -> Part:
     """`evaluate` of the plan that `Plan.text` told: what a worker of a cluster is sent."""
     return evaluate(_read(text), number)

@@ -26,17 +26,19 @@ examples:
   qzs-rig poincare --zeta 0.07 --omega 6.28               the same if 6.28 was put in as Omega
   qzs-rig poincare --dof vertical --zeta 0.01 --periods 2000
 """
-BLUE, ORANGE = '#0b62a4', '#f0984f'
-DRAWN_STEPS = 24
+BLUE, ORANGE, GREY = '#0b62a4', '#f0984f', '#9aa7b1'
+DRAWN_STEPS = 48
 
 
 class Portrait(NamedTuple):
-    """One run: seen once a period, judged, and step by step."""
+    """One run: seen once a period, judged, and in `steps` a period; the number of periods in which
+    its transient shows."""
 
     dof: str
     diagram: Diagram
     run: History
     visible: int | None
+    steps: int
 
 
 def add_to(verbs: Any) -> None:
@@ -82,14 +84,15 @@ def portrait(dof: str, lanes: Lanes, periods: int, steps: int | None) -> Portrai
     """The run of `lanes`, of one."""
     how: dict[str, Any] = {'periods': periods, 'keep': periods}
     seen = strobe_within(lanes, **how) if steps is None else strobe(lanes, steps=steps, **how)
-    run = history(lanes, periods, max(int(seen.steps[0]), DRAWN_STEPS))
+    drawn_steps = max(int(seen.steps[0]), DRAWN_STEPS)
+    run = history(lanes, periods, drawn_steps)
     visible = None
     if seen.period[0] > 0:
         back = seen.w[0, periods - seen.period[0] :]
         cycle = np.resize(back[::-1], periods)[::-1]
         off = np.flatnonzero(np.abs(seen.w[0] - cycle) > VISIBLE)
         visible = int(off[-1]) + 2 if off.size else 0
-    return Portrait(dof, judged(seen), run, visible)
+    return Portrait(dof, judged(seen), run, visible, drawn_steps)
 
 
 def _document(each: Portrait) -> dict[str, Any]:
@@ -174,13 +177,18 @@ def _drawn(portraits: list[Portrait], kind: str) -> bytes:
     for each in portraits:
         seen, unit = each.diagram.seen, 'w / L20' if each.dof in TRANSLATIONS else 'w, rad'
         last = max(int(seen.period[0]), 0) or min(seen.periods, 100)
+        once = each.run.w[-each.steps - 1 :], each.run.velocity[-each.steps - 1 :]
         dots = (
+            Wave('last period', *once, GREY),
             Dots('all periods', seen.w[0], seen.velocity[0], ORANGE),
             Dots(f'last {last}', seen.w[0, -last:], seen.velocity[0, -last:], BLUE),
         )
         name = f'{dof_name(each.dof)}, Ω = {seen.lanes.omega[0]:.4g}'
         scenes.append(Scene(f'{name}: map', unit, 'dw/dτ', dots))
-        turns = each.run.tau * seen.lanes.omega[0] / (2.0 * np.pi)
-        wave = Wave('', turns, each.run.w, BLUE)
+        # as much as shows the transient
+        until = seen.periods if each.visible is None else max(12, round(1.5 * each.visible))
+        shown = slice(0, until * each.steps + 1)
+        turns = each.run.tau[shown] * seen.lanes.omega[0] / (2.0 * np.pi)
+        wave = Wave('', turns, each.run.w[shown], BLUE)
         scenes.append(Scene(f'{name}: history', 'periods', unit, (wave,)))
     return drawn('Runs from rest seen once a period', scenes, 2, kind)

@@ -91,7 +91,8 @@ def _scene(axes: Axes, scene: Scene) -> None:
     for spine in axes.spines.values():
         spine.set_color(UNIT_LINE)
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(frameon=False, fontsize=8.0, loc='best')
+        plain = not any(isinstance(thing, Field) for thing in scene.things)
+        axes.legend(frameon=not plain, framealpha=0.9, fontsize=8.0, loc='best')
 
 
 def _dots(axes: Axes, thing: Dots) -> None:
@@ -101,7 +102,7 @@ def _dots(axes: Axes, thing: Dots) -> None:
         thing.y,
         linestyle='none',
         marker='.',
-        markersize=2.0 if len(thing.x) > 200 else 6.0,
+        markersize=2.0 if len(thing.x) > 2000 else 5.0,
         markeredgewidth=0.0,
         color=thing.hue,
         rasterized=len(thing.x) > 2000,

@@ -20,6 +20,8 @@ KINDS = ('periodic', 'transient', 'chaotic', 'undecided', 'lost')
 VISIBLE = 1e-3
 """Distance from the cycle, in L20 or rad, at which a point shows as another in a diagram."""
 
+SIGN_ERROR = 1e-6
+
 EXPONENT_PERIODS, EXPONENT_BEFORE = 1600, 200
 
 
@@ -108,7 +110,8 @@ def judged(seen: Stroboscope) -> Diagram:
     for steps in np.unique(seen.steps[open_]):
         which = open_[seen.steps[open_] == steps]
         own = seen.lanes[which].starting(seen.end[which, 0], seen.end[which, 1])
-        found = decided(own, int(steps))
+        # a sign needs no finer steps than the points do
+        found = decided(own, min(int(steps), cheapest_steps(own, SIGN_ERROR)))
         value[which], error[which] = found.value, found.error
         kind[which] = np.select(
             [found.chaotic, found.regular], ['chaotic', 'transient'], 'undecided'

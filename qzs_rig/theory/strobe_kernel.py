@@ -108,7 +108,7 @@ def returned(
     """How far a motion that comes back after `period` may still wander: what is left of it.
 
     Later returns are taken to shrink as the last ones did. Infinite where they do not, and where
-    the points of a longer cycle are so close that a transient may pass for one.
+    the run nearly comes back after a part of the period: it may do so once its transient is gone.
     """
     lag = period * max(1, 8 // period)
     if age <= lag + period:
@@ -116,8 +116,11 @@ def returned(
     near = apart(past, lane, slot, slot - period, scale)
     if near <= ROUNDING:
         return 0.0
-    if period > 1 and apart(past, lane, slot, slot - 1, scale) <= DISTINCT * tolerance:
-        return np.inf
+    for part in range(1, period):
+        if period % part == 0 and apart(past, lane, slot, slot - part, scale) <= (
+            DISTINCT * tolerance
+        ):
+            return np.inf
     far = apart(past, lane, slot - lag, slot - lag - period, scale)
     return near * (lag // period) / (1.0 - near / far) if near < far else np.inf
 

@@ -13,8 +13,9 @@ from qzs_rig import rig, scenario
 from qzs_rig.advisor.proposal import propose
 from qzs_rig.advisor.wish import Wish
 from qzs_rig.campaign import plan, work
-from qzs_rig.campaign.tasks import TASKS, frf
+from qzs_rig.campaign.tasks import TASKS, frf, trace
 from qzs_rig.campaign.tasks.frf import NoMotionError
+from qzs_rig.campaign.tasks.trace import NoBranchError
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
@@ -194,6 +195,34 @@ def test_frf_is_the_frequency_response():
     assert part.columns['onset_omega'][0] == max(found.onset_omega, default=math.nan)
     assert part.columns['branches'][0] == len(found.branches)
     assert part.columns['folds'][0] == len(found.folds)
+
+
+def test_trace_follows_a_branch_through_its_folds():
+    base = {'platform.law': 'closed_form', 'amplitude': 0.6, 'platform.zeta': 0.02}
+    vary = {'platform.k3_hat': [0.1, 0.12]}
+    _, part = computed('trace', vary, base, {'low': 0.25, 'high': 1.0})
+    found = [part.columns[name][0] for name in ('fold_low', 'fold_high')]
+    # by harmonic balance, located; here by parabolas over steps of some hundredths
+    assert found == pytest.approx([0.2964333635, 0.3176651784], abs=2e-4)
+    assert (part.columns['folds'][0], part.columns['complete'][0]) == (2.0, 1.0)
+
+
+def test_trace_finds_onset_and_peak_where_frf_does():
+    base = {'platform.law': 'closed_form', 'amplitude': 0.1}
+    options = {'low': 0.1, 'high': 1.0, 'harmonics': 15}
+    vary = {'platform.zeta': [0.1]}
+    _, quick = computed('trace', vary, base, options)
+    _, exact = computed('frf', vary, base, options | {'isolas': False})
+    # linear between points of the branch, and the highest of them
+    onset, peak_T = (quick.columns[name] for name in ('onset_omega', 'peak_T'))
+    assert onset == pytest.approx(exact.columns['onset_omega'], rel=5e-3)
+    assert peak_T == pytest.approx(exact.columns['peak_T'], rel=5e-3)
+
+
+def test_no_branch_is_a_failed_row():
+    found = SimpleNamespace(omega=np.zeros(1), reason='no periodic motion was found')
+    with pytest.raises(NoBranchError, match=r'no branch: no periodic motion was found; widen'):
+        trace.answer(None, found)
 
 
 def test_a_response_without_motion_is_a_failed_row():

@@ -68,9 +68,12 @@ def test_refusals(told, words, message):
 
 
 def test_claims(told):
-    code, out, err = told('claims', '--json')
+    code, out, err = told('claims', 'C5', 'C6', '--json')
     items = json.loads(out)
     assert (code, err) == (0, '')
-    assert [item['id'] for item in items][:6] == ['C1', 'C2', 'C3', 'C4', 'C5', 'C6']
+    assert [item['id'] for item in items] == ['C5', 'C6']
     assert {'id', 'verdict', 'figures', 'how'} <= set(items[0])
-    assert 'C6  not reproduced' in told('claims')[1]
+    assert 'C6  not reproduced' in told('claims', 'C6')[1]
+    code, _, err = told('claims', 'C99')
+    assert code == 2
+    assert "claim 'C99' is unknown; known: C1, C2" in err

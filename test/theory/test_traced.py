@@ -84,7 +84,7 @@ def monodromy(own: Oscillator, omega: float, x: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(('law', 'dof'), EVERY)
 def test_every_point_is_a_motion_that_newton_finds(law, dof):
     own = oscillator(law, dof, PAPER_DESIGN, 0.05, 0.1)
-    curve = trace(own, 0.4, 3.0, harmonics=11)
+    curve = trace(own, 0.4, 3.0, harmonics=15)
     assert curve.reason in (REASONS[0], REASONS[1])
     assert len(curve.omega) > 20
     found = steady(own, curve.omega, curve.coefficients, tolerance=1e-11)

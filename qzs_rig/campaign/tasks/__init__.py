@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from qzs_rig.campaign.task import Task
-from qzs_rig.campaign.tasks import design, frf, lyapunov, run, single_term, statics, strobe
+from qzs_rig.campaign.tasks import design, frf, lyapunov, run, single_term, statics, strobe, trace
 
 TASKS: dict[str, Task] = {
     task.name: task
@@ -11,6 +11,7 @@ TASKS: dict[str, Task] = {
         statics.TASK,
         single_term.TASK,
         frf.TASK,
+        trace.TASK,
         strobe.TASK,
         lyapunov.TASK,
         run.TASK,

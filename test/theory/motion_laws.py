@@ -1,0 +1,58 @@
+"""Laws of the literature in the words of the rig."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.mechanics.restoring.polynomial import polynomial
+from qzs_rig.theory.oscillator import Oscillator
+
+
+def _cube(design, w):
+    return w * w * w
+
+
+def _double_well(design, w):
+    return (w * w - 1.0) * w
+
+
+def _forced(name, force, c1, zeta, push):
+    law = polynomial(name, 'test', (force,) * 4, lambda _: ((c1, 0.0, 1.0),) * 4, weighted=False)
+    # falloff 2: the plain forced oscillator
+    return Oscillator(law, 'vertical', PAPER_DESIGN, zeta, push, falloff=2)
+
+
+def ueda(push=7.5):
+    """x'' + 0.05 x' + x³ = push cos t (Ueda, J. Stat. Phys. 20 (1979) 181)."""
+    return _forced('ueda', _cube, 0.0, 0.025, push)
+
+
+def double_well(push):
+    """x'' + 0.3 x' - x + x³ = push cos 1.2 t, the textbook road to chaos from x(0) = 1."""
+    return _forced('double well', _double_well, -1.0, 0.15, push)
+
+
+def rates(oscillator, omega, phase=0.0):
+    """Right-hand side for scipy."""
+
+    def slope(t, y):
+        push = oscillator.drive(omega) * np.cos(omega * t + phase)
+        return [y[1], push - 2.0 * oscillator.zeta * y[1] - float(oscillator.force(y[0]))]
+
+    return slope
+
+
+def without_numba(monkeypatch):
+    """Kernels made from now on are the interpreter's."""
+    from qzs_rig.mechanics.restoring import roots
+    from qzs_rig.theory import lyapunov, strobe_engine
+
+    caches = (roots.teach_numba, strobe_engine.sweeping, lyapunov._stretching)
+    for cached in caches:
+        cached.cache_clear()
+    monkeypatch.setitem(sys.modules, 'numba', None)
+    monkeypatch.setitem(sys.modules, 'numba.extending', None)
+    return caches
