@@ -62,9 +62,9 @@ def test_closed_form_has_a_second_branch_that_motion_stays_on(closed_form):
     assert len(places) > 2
     for k in places:
         start = state(branch.coefficients[k], branch.omega[k])
-        # a kick of 1e-3 dies out as exp(-zeta t)
+        # a kick of 1e-4 dies out as exp(-zeta t)
         periods = int(np.ceil(branch.omega[k] * np.log(1e4) / (2 * np.pi * own.zeta)))
-        end, _ = integrated(own, branch.omega[k], start + np.array([1e-3, 0.0]), periods)
+        end, _ = integrated(own, branch.omega[k], start + np.array([1e-4, 0.0]), periods)
         np.testing.assert_allclose(end, start, atol=1e-6)
 
 
