@@ -42,7 +42,7 @@ soak: .venv
 	$(BIN)/python benchmarks/soak.py
 
 benchmarks: .venv
-	for file in benchmarks/plant_step.py benchmarks/geometric_step.py benchmarks/estimation.py benchmarks/bag_writing.py benchmarks/run_speed.py benchmarks/laws.py benchmarks/campaign.py; do \
+	for file in benchmarks/plant_step.py benchmarks/geometric_step.py benchmarks/estimation.py benchmarks/bag_writing.py benchmarks/run_speed.py benchmarks/laws.py benchmarks/references.py benchmarks/campaign.py; do \
 	  echo "== $$file"; $(BIN)/python $$file || exit 1; done
 
 # the picture in the README

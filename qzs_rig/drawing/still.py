@@ -72,8 +72,9 @@ def _panel(axes: Axes, panel: Panel, own_key: bool) -> None:
         axes.axvline(0.0, color=UNIT_LINE, linewidth=0.8, zorder=0)
     for line in panel.lines:
         axes.plot(line.x, line.y, label=line.label or None, color=hue(line), **_stroke(line))
-    axes.set_xscale('log' if 'x' in panel.log else 'linear')
-    axes.set_yscale('log' if 'y' in panel.log else 'linear')
+    for name, axis in (('x', axes.xaxis), ('y', axes.yaxis)):
+        if name in panel.log:
+            _logarithmic(axes, name, axis)
     axes.set_title(panel.title, loc='left', color=INK, fontsize=9.0)
     axes.set_xlabel(panel.x_label)
     axes.set_ylabel(panel.y_label)
@@ -84,6 +85,18 @@ def _panel(axes: Axes, panel: Panel, own_key: bool) -> None:
         spine.set_color(UNIT_LINE)
     if own_key:
         axes.legend(frameon=False, fontsize=8.0)
+
+
+def _logarithmic(axes: Axes, name: str, axis: Any) -> None:
+    """Plain numbers at 1, 2 and 5 of a decade; at its powers alone where there are many."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axes.set(**{f'{name}scale': 'log'})
+    low, high = axis.get_view_interval()
+    if high < 1e3 * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter('{x:g}')
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _stroke(line: Line) -> dict[str, Any]:

@@ -9,11 +9,11 @@ from motion_laws import double_well
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.theory.along import lanes_along
 from qzs_rig.theory.bifurcation import carried, from_rest
 from qzs_rig.theory.lanes import Lanes
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import folds
-from qzs_rig.theory.varied import lanes_along
 
 
 def test_an_undecayed_transient_is_not_called_chaos():

@@ -38,14 +38,24 @@ def found_motion(dof, omega, harmonics=11):
 
 def integrated(balance, x, omega):
     """SI state (13,) of the plant before and after one period of the base."""
-    g, plate = balance.plate.geometry, balance.plate
+    start = plant_state(balance, x, omega)
+    return start, after_a_period(balance.plate, omega, start)
+
+
+def plant_state(balance, x, omega):
+    g = balance.plate.geometry
     rate = math.sqrt(g.k1 / g.mass)
     q, dq, _ = (part[:, 0] for part in balance.motion(x, omega, np.zeros(1)))
     w = math.sqrt(1 - q[3:] @ q[3:])
     dw = -(q[3:] @ dq[3:]) / w
     vector, speed = q[3:], dq[3:]
     spin = 2 * (w * speed - vector * dw - np.cross(vector, speed))
-    start = np.concatenate([q[:3] * g.L20, dq[:3] * g.L20 * rate, [w], vector, spin * rate])
+    return np.concatenate([q[:3] * g.L20, dq[:3] * g.L20 * rate, [w], vector, spin * rate])
+
+
+def after_a_period(plate, omega, start):
+    g = plate.geometry
+    rate = math.sqrt(g.k1 / g.mass)
     index = DOFS.index(plate.dof)
     size = plate.base(omega) * (g.L20 if index < 2 else 1.0)
 
@@ -56,8 +66,24 @@ def integrated(balance, x, omega):
         return motion.rates(g.springs, body(g), base_rows(base)[0], y)
 
     end = 2 * np.pi / (omega * rate)
-    y = solve_ivp(rates, (0, end), start, 'DOP853', [end], rtol=1e-10, atol=1e-12).y[:, -1]
-    return start, y
+    return solve_ivp(rates, (0, end), start, 'DOP853', [end], rtol=1e-10, atol=1e-12).y[:, -1]
+
+
+def flow_multipliers(balance, x, omega):
+    """Of the plant itself, by central differences of its flow; largest first."""
+    start = plant_state(balance, x, omega)
+    free = [*range(6), *range(7, 13)]  # the quaternion's real part follows from the others
+    columns = []
+    for place in free:
+        ends = []
+        for h in (1e-5, -1e-5):
+            moved = np.array(start)
+            moved[place] += h
+            moved[6] = math.sqrt(1 - moved[7:10] @ moved[7:10])
+            ends.append(after_a_period(balance.plate, omega, moved)[free])
+        columns.append((ends[0] - ends[1]) / 2e-5)
+    found = np.linalg.eigvals(np.stack(columns, axis=1))
+    return found[np.argsort(-np.abs(found))]
 
 
 @pytest.mark.parametrize('dof', DOFS)
@@ -123,3 +149,32 @@ def test_small_horizontal_motion_is_the_linear_one():
     # nonlinear terms are of the square of 1e-5
     assert branch.T[k] == pytest.approx(math.hypot(top[1], top[2]) / 1e-5, rel=1e-6)
     assert found.reason is None
+
+
+def test_multipliers_are_those_of_the_plant():
+    balance, x = found_motion('horizontal_rotation', 2.2, 7)
+    expected = flow_multipliers(balance, x, 2.2)
+    # central differences of 1e-5 on a flow integrated to 1e-10
+    np.testing.assert_allclose(np.abs(multipliers(balance, x, 2.2)), np.abs(expected), atol=1e-4)
+
+
+def test_parametric_instability_is_found_and_located():
+    """A payload above the plate: vertical motion throws it sideways, at twice the period."""
+    spec = scenario.of(
+        {'platform.law': 'geometric', 'platform.zeta': 0.01, 'platform.cm_height': 0.1,
+         'platform.I_hm': 1.0, 'platform.I_vm': 2.0}
+    )  # fmt: skip
+    own, geometry = Oscillator.of(spec, 'vertical', 0.4), Geometry.from_spec(spec)
+    alone = frequency_response(own, 1.72, 1.80, isolas=False)
+    found = coupled_response(geometry, own, 1.72, 1.80)
+    (event,) = [e for e in found.events if e.kind == 'period_doubling']
+    for branch, one in zip(found.branches, alone.branches, strict=True):
+        if one.stable.all():
+            assert not branch.stable[branch.omega < event.omega - 1e-6].any()
+            assert branch.stable[branch.omega > event.omega + 1e-6].all()
+    balance = CoupledBalance(Plate(geometry, 'vertical', 0.4), 15)
+    x = continuation.solve(balance, balance.resting(), math.log(event.omega))
+    lead = flow_multipliers(balance, x, event.omega)[0]
+    # central differences, as above
+    assert lead == pytest.approx(-1.0, abs=1e-4)
+    assert multipliers(balance, x, event.omega)[0] == pytest.approx(-1.0, abs=1e-7)

@@ -51,6 +51,23 @@ def test_closed_form_folds(closed_form):
     assert main == pytest.approx([0.3176651784, 0.2964333635], abs=1e-8)
 
 
+def test_closed_form_has_a_second_branch_that_motion_stays_on(closed_form):
+    """It comes from low frequency and has three folds of its own."""
+    own, branch = closed_form.oscillator, closed_form.branches[1]
+    assert len([event for event in closed_form.folds if event.branch == 1]) == 3
+    # near a fold kicks die out slowly: points whose multipliers are a pair of equal size
+    size = np.abs(branch.multipliers)
+    equal = branch.stable & (size[:, 0] < 1.001 * size[:, 1]) & (size[:, 1] < 1.001 * size[:, 0])
+    places = np.flatnonzero(equal)[::8]
+    assert len(places) > 2
+    for k in places:
+        start = state(branch.coefficients[k], branch.omega[k])
+        # a kick of 1e-4 dies out as exp(-zeta t)
+        periods = int(np.ceil(branch.omega[k] * np.log(1e4) / (2 * np.pi * own.zeta)))
+        end, _ = integrated(own, branch.omega[k], start + np.array([1e-4, 0.0]), periods)
+        np.testing.assert_allclose(end, start, atol=1e-6)
+
+
 def test_as_many_harmonics_as_it_takes(closed_form):
     peak = int(np.argmax(closed_form.branches[0].T))
     assert 1.40 < closed_form.branches[0].omega[peak] < 1.44
