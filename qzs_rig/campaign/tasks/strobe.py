@@ -14,7 +14,7 @@ from qzs_rig.campaign.task import Output, Task
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.accuracy import strobe_within
 from qzs_rig.theory.lanes import Lanes
-from qzs_rig.theory.strobe_kernel import LANES
+from qzs_rig.theory.strobe_cycles import LANES
 from qzs_rig.theory.stroboscope import Stroboscope, strobe
 
 OPTIONS = (
