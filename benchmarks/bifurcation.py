@@ -17,10 +17,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.theory.accuracy import strobe_within
-from qzs_rig.theory.lanes import Lanes
+from qzs_rig.theory.motion.accuracy import strobe_within
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 from qzs_rig.theory.oscillator import Oscillator, oscillator
-from qzs_rig.theory.stroboscope import Stroboscope, strobe
 from qzs_rig.timehistory import Array
 
 RUNS, PERIODS, KEEP = 1000, 500, 400

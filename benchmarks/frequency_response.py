@@ -27,7 +27,7 @@ import numpy as np
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring.polynomial import polynomial
 from qzs_rig.theory.oscillator import Oscillator, oscillator
-from qzs_rig.theory.traced import Traced, trace, trace_many
+from qzs_rig.theory.tracer.traced import Traced, trace, trace_many
 
 LOW, HIGH = 0.5, 2.0
 DAMPING, CUBIC, DRIVE = 0.05, 0.1, 0.18
@@ -65,7 +65,7 @@ CURVES = {
 FIRST = """
 import time; begin = time.perf_counter()
 from benchmarks.frequency_response import CURVES
-from qzs_rig.theory.traced import trace
+from qzs_rig.theory.tracer.traced import trace
 own, low, high = CURVES['closed_form vertical, H 0.1']
 trace(own, low, high)
 print(time.perf_counter() - begin)

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring.polynomial import polynomial
+from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator, oscillator
-from qzs_rig.theory.response import frequency_response
 from qzs_rig.theory.single_term import single_term
 
 

@@ -15,7 +15,7 @@ from qzs_rig.campaign.part import Part
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.table import Finished
 from qzs_rig.errors import InputError
-from qzs_rig.theory.one_thread import one_thread
+from qzs_rig.theory.balance.one_thread import one_thread
 
 Progress = Callable[[int], None]
 

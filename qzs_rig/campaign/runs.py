@@ -19,8 +19,8 @@ from qzs_rig.campaign.bank import (
 from qzs_rig.campaign.part import Harvest
 from qzs_rig.campaign.points import Points
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.theory.accuracy import cheapest_steps
-from qzs_rig.theory.lanes import Lanes
+from qzs_rig.theory.motion.accuracy import cheapest_steps
+from qzs_rig.theory.motion.lanes import Lanes
 
 INPUTS = (
     *MOTION,

@@ -10,7 +10,7 @@ import numpy as np
 from qzs_rig.campaign import plan as plans
 from qzs_rig.campaign.part import Part
 from qzs_rig.campaign.plan import Plan
-from qzs_rig.theory.one_thread import one_thread
+from qzs_rig.theory.balance.one_thread import one_thread
 
 
 def evaluate(plan: Plan, number: int) -> Part:

@@ -12,8 +12,8 @@ from qzs_rig.claims.verdict import Verdict, judged
 from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator, oscillator
-from qzs_rig.theory.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.single_term import folds, single_term
 
 ZETAS = (0.0158, 0.07, 0.158)

@@ -15,8 +15,8 @@ from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table, number
 from qzs_rig.drawing.motions import HUES, Field, Scene, Wave, drawn
 from qzs_rig.errors import RigError
-from qzs_rig.theory.basin import LOST, UNSETTLED, Basin, basin
-from qzs_rig.theory.jump_margin import JumpMargin, jump_margin
+from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, basin
+from qzs_rig.theory.motion.jump_margin import JumpMargin, jump_margin
 from qzs_rig.theory.oscillator import Oscillator
 
 EPILOG = """\

@@ -17,10 +17,10 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import RunSpec
-from qzs_rig.theory.coupled_response import coupled_response
+from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
+from qzs_rig.theory.balance.single_term_response import single_term_response
+from qzs_rig.theory.coupled.response import coupled_response
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.theory.response import FrequencyResponse, frequency_response
-from qzs_rig.theory.single_term_response import single_term_response
 
 HELD = ('displacement', 'velocity', 'acceleration')
 PAPER_AMPLITUDE = 0.1

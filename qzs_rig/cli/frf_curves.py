@@ -11,10 +11,10 @@ from qzs_rig.cli.frf_told import Answer
 from qzs_rig.compare.tables import Table
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.errors import InputError
-from qzs_rig.theory.backbone import Backbone, backbone, phase_resonance
-from qzs_rig.theory.jump_map import FoldCurve, jump_map
+from qzs_rig.theory.balance.backbone import Backbone, backbone, phase_resonance
+from qzs_rig.theory.balance.jump_map import FoldCurve, jump_map
+from qzs_rig.theory.balance.unknowns import value_of
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.theory.unknowns import value_of
 
 
 def with_backbone(answer: Answer, oscillator: Oscillator, low: float, high: float) -> Answer:

@@ -17,8 +17,8 @@ from qzs_rig.drawing import response_sheet
 from qzs_rig.drawing.interactive import section
 from qzs_rig.drawing.sheet import Sheet
 from qzs_rig.drawing.write import pictures
+from qzs_rig.theory.balance.response import Branch, FrequencyResponse
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.theory.response import Branch, FrequencyResponse
 
 ARTEFACT = 1e-2
 """Unbalanced force over the drive that a user is warned of."""

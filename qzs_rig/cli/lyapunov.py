@@ -12,9 +12,9 @@ from qzs_rig.cli import oscillating, results
 from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table
 from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
-from qzs_rig.theory.accuracy import cheapest_steps
-from qzs_rig.theory.lanes import Lanes
-from qzs_rig.theory.lyapunov import BATCHES, SURE, Exponents, exponents
+from qzs_rig.theory.motion.accuracy import cheapest_steps
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.lyapunov import BATCHES, SURE, Exponents, exponents
 
 HUE = '#0b62a4'
 

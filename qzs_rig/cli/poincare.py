@@ -14,11 +14,11 @@ from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table, number
 from qzs_rig.dof import TRANSLATIONS
 from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
-from qzs_rig.theory.accuracy import strobe_within
-from qzs_rig.theory.bifurcation import VISIBLE, Diagram, judged
-from qzs_rig.theory.history import History, history
-from qzs_rig.theory.lanes import Lanes
-from qzs_rig.theory.stroboscope import strobe
+from qzs_rig.theory.motion.accuracy import strobe_within
+from qzs_rig.theory.motion.bifurcation import VISIBLE, Diagram, judged
+from qzs_rig.theory.motion.history import History, history
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.stroboscope import strobe
 
 EPILOG = """\
 examples:

@@ -9,7 +9,7 @@ import numpy as np
 from qzs_rig.compare.names import dof_name
 from qzs_rig.dof import TRANSLATIONS
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
-from qzs_rig.theory.response import Branch, Event, FrequencyResponse
+from qzs_rig.theory.balance.response import Branch, Event, FrequencyResponse
 from qzs_rig.timehistory import Array
 
 HUES = 4

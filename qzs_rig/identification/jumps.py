@@ -21,7 +21,7 @@ from qzs_rig.identification.plant import Plant, plant
 from qzs_rig.identification.response import STEP
 from qzs_rig.identification.unknowns import Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
-from qzs_rig.theory.response import frequency_response
+from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.timehistory import Array
 
 

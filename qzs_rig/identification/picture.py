@@ -14,7 +14,7 @@ from qzs_rig.compare.save import write_new
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.plant import plant
 from qzs_rig.identification.residuals import Set
-from qzs_rig.theory.response import FrequencyResponse, frequency_response
+from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.timehistory import Array
 
 if TYPE_CHECKING:

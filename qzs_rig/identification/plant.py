@@ -13,7 +13,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.excitation import QUANTITIES
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
-from qzs_rig.theory.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.timehistory import Array
 

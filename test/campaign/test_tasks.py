@@ -19,12 +19,12 @@ from qzs_rig.campaign.tasks.trace import NoBranchError
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.theory.lanes import Lanes
-from qzs_rig.theory.lyapunov import exponents
+from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.lyapunov import exponents
+from qzs_rig.theory.motion.stroboscope import strobe
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.theory.response import frequency_response
 from qzs_rig.theory.single_term import folds, onset_omega, peak
-from qzs_rig.theory.stroboscope import strobe
 
 QUICK = {
     'run.rate': 125.0,

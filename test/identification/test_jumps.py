@@ -8,7 +8,7 @@ import pytest
 from qzs_rig.errors import InputError
 from qzs_rig.identification import jumps, jumps_told
 from qzs_rig.identification.plant import plant
-from qzs_rig.theory.response import frequency_response
+from qzs_rig.theory.balance.response import frequency_response
 
 
 @pytest.fixture(scope='module')

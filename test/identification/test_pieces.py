@@ -19,8 +19,8 @@ from qzs_rig.identification.quantiles import chi_square, student
 from qzs_rig.identification.response import followed, nearest, sensitivity
 from qzs_rig.identification.seeds import ratios
 from qzs_rig.identification.unknowns import unknowns
-from qzs_rig.theory.harmonic_balance import steady
-from qzs_rig.theory.response import frequency_response
+from qzs_rig.theory.balance.harmonic_balance import steady
+from qzs_rig.theory.balance.response import frequency_response
 
 
 @pytest.mark.parametrize('freedom', [1, 2, 5, 30, 400])

@@ -12,8 +12,8 @@ from qzs_rig.prediction import balance, one_term
 from qzs_rig.prediction.labels import label_all
 from qzs_rig.prediction.predict import predict
 from qzs_rig.prediction.scale import Scale
+from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.theory.response import FrequencyResponse, frequency_response
 
 LOUD = {'excitation.amplitude.vertical': 4.0}
 

@@ -48,7 +48,7 @@ def rates(oscillator, omega, phase=0.0):
 def without_numba(monkeypatch):
     """Kernels made from now on are the interpreter's."""
     from qzs_rig.mechanics.restoring import roots
-    from qzs_rig.theory import lyapunov, strobe_engine
+    from qzs_rig.theory.motion import lyapunov, strobe_engine
 
     caches = (roots.teach_numba, strobe_engine.sweeping, lyapunov._stretching)
     for cached in caches:

@@ -10,13 +10,13 @@ from motion_laws import double_well, ueda
 
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.theory.basin import LOST, UNSETTLED, basin
-from qzs_rig.theory.history import history
-from qzs_rig.theory.jump_margin import jump_margin
-from qzs_rig.theory.lanes import Lanes
+from qzs_rig.theory.motion.basin import LOST, UNSETTLED, basin
+from qzs_rig.theory.motion.history import history
+from qzs_rig.theory.motion.jump_margin import jump_margin
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.stroboscope import strobe
 from qzs_rig.theory.oscillator import oscillator
 from qzs_rig.theory.single_term import single_term
-from qzs_rig.theory.stroboscope import strobe
 
 ZETA, PUSH, OMEGA = 0.05, 0.05, 0.75
 

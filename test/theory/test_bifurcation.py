@@ -9,9 +9,9 @@ from motion_laws import double_well
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.theory.along import lanes_along
-from qzs_rig.theory.bifurcation import carried, from_rest
-from qzs_rig.theory.lanes import Lanes
+from qzs_rig.theory.motion.along import lanes_along
+from qzs_rig.theory.motion.bifurcation import carried, from_rest
+from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import folds
 

@@ -12,13 +12,13 @@ from qzs_rig import scenario
 from qzs_rig.mechanics.geometric import motion
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.integrator import base_rows, body
-from qzs_rig.theory import continuation
-from qzs_rig.theory.coupled import Plate
-from qzs_rig.theory.coupled_balance import CoupledBalance
-from qzs_rig.theory.coupled_floquet import multipliers
-from qzs_rig.theory.coupled_response import coupled_response
+from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.coupled.balance import CoupledBalance
+from qzs_rig.theory.coupled.floquet import multipliers
+from qzs_rig.theory.coupled.plant import Plate
+from qzs_rig.theory.coupled.response import coupled_response
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.theory.response import frequency_response
 
 DOFS = ('vertical', 'horizontal', 'vertical_rotation', 'horizontal_rotation')
 SPEC = scenario.of(

@@ -9,18 +9,18 @@ import pytest
 from theory_motions import DUFFING, cubic, integrated, state
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.theory import continuation
-from qzs_rig.theory.basis import Basis, resized
-from qzs_rig.theory.continuation import Steps
-from qzs_rig.theory.describing import describing, motions
-from qzs_rig.theory.floquet import determinants, floquet
-from qzs_rig.theory.follow import Task, follow, refined
-from qzs_rig.theory.harmonic_balance import HarmonicBalance, steady
+from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance.basis import Basis, resized
+from qzs_rig.theory.balance.continuation import Steps
+from qzs_rig.theory.balance.describing import describing, motions
+from qzs_rig.theory.balance.floquet import determinants, floquet
+from qzs_rig.theory.balance.follow import Task, follow, refined
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady
+from qzs_rig.theory.balance.root import root
+from qzs_rig.theory.balance.symmetry import lopsided, mirrored, symmetric
+from qzs_rig.theory.balance.unknowns import PARAMETERS, Unknowns
 from qzs_rig.theory.oscillator import Oscillator, oscillator
-from qzs_rig.theory.root import root
 from qzs_rig.theory.single_term import single_term
-from qzs_rig.theory.symmetry import lopsided, mirrored, symmetric
-from qzs_rig.theory.unknowns import PARAMETERS, Unknowns
 
 CLOSED = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.3)
 BASES = [Basis.full(9), Basis.full(9).doubled(), Basis.odd(9), Basis.odd(9).even()]

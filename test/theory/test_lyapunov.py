@@ -11,10 +11,10 @@ from scipy.integrate import solve_ivp
 
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.theory.lanes import Lanes
-from qzs_rig.theory.lyapunov import exponents
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.lyapunov import exponents
+from qzs_rig.theory.motion.stroboscope import strobe
 from qzs_rig.theory.oscillator import oscillator
-from qzs_rig.theory.stroboscope import strobe
 
 
 def test_the_exponent_of_ueda():

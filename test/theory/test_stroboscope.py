@@ -15,12 +15,12 @@ from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring.roots import fast_rsqrt
-from qzs_rig.theory.accuracy import strobe_within
-from qzs_rig.theory.history import history
-from qzs_rig.theory.lanes import Lanes
+from qzs_rig.theory.motion.accuracy import strobe_within
+from qzs_rig.theory.motion.history import history
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.splitting import DRIFTS, KICKS, kick_weights
+from qzs_rig.theory.motion.stroboscope import strobe
 from qzs_rig.theory.oscillator import oscillator
-from qzs_rig.theory.splitting import DRIFTS, KICKS, kick_weights
-from qzs_rig.theory.stroboscope import strobe
 
 OMEGA = 0.8
 WHOLE = {'periods': 12, 'keep': 12, 'early': False}
@@ -156,7 +156,7 @@ def test_periods_of_the_double_well(push, period):
 
 
 def test_the_fundamental_is_that_of_the_harmonic_balance():
-    from qzs_rig.theory.harmonic_balance import steady, transmissibility
+    from qzs_rig.theory.balance.harmonic_balance import steady, transmissibility
 
     own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.6)
     seen = strobe(Lanes.of(own, [1.5, 2.0]), steps=48)

@@ -14,10 +14,10 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.polynomial import polynomial
-from qzs_rig.theory import curve_kernel
-from qzs_rig.theory.harmonic_balance import steady
+from qzs_rig.theory.balance.harmonic_balance import steady
 from qzs_rig.theory.oscillator import Oscillator, oscillator
-from qzs_rig.theory.traced import REASONS, Traced, trace, trace_many
+from qzs_rig.theory.tracer import curve_kernel
+from qzs_rig.theory.tracer.traced import REASONS, Traced, trace, trace_many
 
 
 def stiffening(design, w):

@@ -12,8 +12,8 @@ from qzs_rig.campaign.task import Output, Task
 from qzs_rig.campaign.tasks.single_term import amplitude_hat
 from qzs_rig.errors import RigError
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.theory.response import FrequencyResponse, frequency_response
 
 OPTIONS = (
     Parameter('low', float, 0.05, '', 'lowest Ω', 0.0, above=True),

@@ -12,10 +12,10 @@ from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
 from qzs_rig.campaign.task import Output, Task
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.theory.accuracy import strobe_within
-from qzs_rig.theory.lanes import Lanes
-from qzs_rig.theory.strobe_cycles import LANES
-from qzs_rig.theory.stroboscope import Stroboscope, strobe
+from qzs_rig.theory.motion.accuracy import strobe_within
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.strobe_cycles import LANES
+from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 
 OPTIONS = (
     Parameter('periods', int, 500, '', 'periods of the base, at most', 1),

@@ -1,0 +1,1 @@
+"""Steady motions in the frequency domain: balanced, followed, judged, located."""

@@ -1,0 +1,202 @@
+"""Free motions of the undamped platform, and what drives the damped one through them.
+
+For one degree of freedom the extended periodic motion concept (Krack, Comput. Struct. 154 (2015)
+59) is the conservative backbone itself: its artificial negative damping cancels 2 ζ w' exactly, and
+the damping ratio of the mode at Ω is ζ/Ω. The damped curve here is that of phase resonance: forced
+motions, all harmonics, whose fundamental lags the drive by 90 degrees, with the drive it takes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance.basis import resized
+from qzs_rig.theory.balance.continuation import Path, Point, Steps
+from qzs_rig.theory.balance.describing import describing
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.balance.one_thread import one_thread
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.timehistory import Array
+
+HARMONICS = 31
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """Motions `coefficients` (n, 2H + 1) at `omega` (n,), `amplitude` (n,) of the fundamental.
+
+    `damping_ratio` (n,) is the mode's, `drive_hat` (n,) the base amplitude Ĥ at Ω = 1 (falling as
+    the oscillator's falloff) that holds the damped motion in resonance.
+    """
+
+    omega: Array
+    amplitude: Array
+    damping_ratio: Array
+    drive_hat: Array
+    coefficients: Array
+    reasons: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Free:
+    """Undamped, undriven, even in time: the unknowns are mean and cosines, over ln Ω."""
+
+    balance: HarmonicBalance
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """Places of mean and cosines."""
+        return np.append(0, np.arange(1, 2 * self.balance.harmonics, 2))
+
+    def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
+        """See continuation.Equations."""
+        residual, jacobian, slope = self.balance.linearised(self.full(x), math.exp(min(p, 50.0)))
+        return residual[self.rows], jacobian[np.ix_(self.rows, self.rows)], slope[self.rows]
+
+    def full(self, x: Array) -> Array:
+        """Coefficients (2H + 1,)."""
+        whole = np.zeros(2 * self.balance.harmonics + 1)
+        whole[self.rows] = x
+        return whole
+
+
+@dataclass(frozen=True)
+class Resonant:
+    """Driven, with no cosine in the fundamental; its place among the unknowns has the drive."""
+
+    balance: HarmonicBalance
+
+    def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
+        """See continuation.Equations."""
+        motion = self.full(x)
+        residual, jacobian, slope = self.balance.linearised(motion, math.exp(min(p, 50.0)))
+        residual[1] -= x[1]
+        jacobian[:, 1] = 0.0
+        jacobian[1, 1] = -1.0
+        return residual, jacobian, slope
+
+    def full(self, x: Array) -> Array:
+        """Coefficients (2H + 1,)."""
+        whole = np.array(x)
+        whole[1] = 0.0
+        return whole
+
+
+@one_thread
+def backbone(
+    oscillator: Oscillator, low: float, high: float, amplitude: tuple[float, float] = (1e-3, 3.0)
+) -> tuple[Backbone, ...]:
+    """Conservative backbones within Ω in [low, high] and fundamentals in `amplitude`.
+
+    One for each equilibrium that motions of middle amplitude swing about.
+    """
+    free = replace(oscillator, zeta=0.0, amplitude=0.0)
+    equations = Free(HarmonicBalance(free, HARMONICS))
+    table, found = describing(replace(oscillator, zeta=0.0)), []
+    middle = math.sqrt(amplitude[0] * amplitude[1])
+    for family in np.unique(table.family):
+        own = (table.family == family) & (table.N > 0)
+        near = own & (np.sqrt(np.where(own, table.N, 1.0)) > low)
+        near &= np.sqrt(np.where(own, table.N, 1.0)) < high
+        if not near.any():
+            continue
+        k = np.flatnonzero(near)[np.argmin(np.abs(np.log(table.W[near] / middle)))]
+        start = resized(np.array([table.m[k], table.W[k], 0.0]), HARMONICS)[equations.rows]
+        plane = np.zeros(len(start) + 1)
+        plane[1] = 1.0
+        size = float(np.linalg.norm(start))
+        at = continuation.correct(equations, start, 0.5 * math.log(table.N[k]), plane, size, 1e-10)
+        if at is not None:
+            paths = _both_ways(equations, at[0], at[1], (low, high), amplitude, 1)
+            found.append(_backbone(oscillator, equations, paths))
+    return tuple(found)
+
+
+def phase_resonance(oscillator: Oscillator, curve: Backbone) -> Backbone | None:
+    """The damped curve beside a backbone, over the same frequencies; None where its middle leads
+    nowhere (damping so strong that no motion lags by 90 degrees)."""
+    equations = Resonant(HarmonicBalance(replace(oscillator, amplitude=0.0), HARMONICS))
+    k = len(curve.omega) // 2
+    omega, x = float(curve.omega[k]), _delayed(curve.coefficients[k])
+    # power in = power lost, for the fundamental alone
+    x[1] = 2 * oscillator.zeta * omega * x[2]
+    bounds = float(curve.omega.min()) * (1 - 1e-3), float(curve.omega.max()) * (1 + 1e-3)
+    reach = float(curve.amplitude.min()), float(curve.amplitude.max())
+    # at a given amplitude: a linear law resonates at one frequency only
+    plane = np.zeros(len(x) + 1)
+    plane[2] = 1.0
+    size = float(np.linalg.norm(x))
+    start = continuation.correct(equations, x, math.log(omega), plane, size, 1e-10)
+    if start is None:
+        return None
+    paths = _both_ways(equations, start[0], start[1], bounds, reach, 2)
+    found = _backbone(oscillator, equations, paths)
+    drive = np.array([abs(q.x[1]) for q in _joined(paths)])
+    return replace(found, drive_hat=drive / found.omega ** (2 - oscillator.falloff))
+
+
+def _both_ways(
+    equations: Free | Resonant,
+    x: Array,
+    p: float,
+    omega: tuple[float, float],
+    amplitude: tuple[float, float],
+    fundamental: int,
+) -> tuple[Path, Path]:
+    def judge(point: Point) -> str | None:
+        W = abs(float(point.x[fundamental]))
+        if equations.balance.oscillator.domain < W:
+            return f'the law ends at |w| = {equations.balance.oscillator.domain:g}'
+        return None if amplitude[0] <= W <= amplitude[1] else 'amplitude'
+
+    low, high = math.log(omega[0]), math.log(omega[1])
+    steps = Steps(largest=0.06)
+    down, up = (
+        continuation.walk(
+            equations, continuation.start(equations, x, p, way), low, high, judge, steps
+        )
+        for way in (-1.0, 1.0)
+    )
+    return down, up
+
+
+def _joined(paths: tuple[Path, Path]) -> list[Point]:
+    return [*reversed(paths[0].points[1:]), *paths[1].points]
+
+
+def _backbone(
+    oscillator: Oscillator, equations: Free | Resonant, paths: tuple[Path, Path]
+) -> Backbone:
+    points = _joined(paths)
+    omega = np.exp([q.p for q in points])
+    x = np.array([equations.full(q.x) for q in points])
+    W = np.hypot(x[:, 1], x[:, 2])
+    drive = 2 * oscillator.zeta * omega * _lost(x)
+    return Backbone(
+        omega,
+        W,
+        oscillator.zeta / omega,
+        drive / omega ** (2 - oscillator.falloff),
+        x,
+        (paths[0].reason, paths[1].reason),
+    )
+
+
+def _lost(x: Array) -> Array:
+    """Energy that damping takes over what a unit drive gives: Σ k² w_k² / w_1."""
+    squares = (np.arange(1, x.shape[1] // 2 + 1) ** 2) * (x[:, 1::2] ** 2 + x[:, 2::2] ** 2)
+    return np.asarray(squares.sum(axis=1) / np.hypot(x[:, 1], x[:, 2]))
+
+
+def _delayed(x: Array) -> Array:
+    """The motion (2H + 1,) a quarter of a period later: cos becomes sin."""
+    turned = np.array(x)
+    order = np.arange(1, len(x) // 2 + 1)
+    w = (x[1::2] - 1j * x[2::2]) * np.exp(-0.5j * np.pi * order)
+    turned[1::2], turned[2::2] = w.real, -w.imag
+    return turned

@@ -1,0 +1,106 @@
+"""Where a branch folds, doubles its period or loses its symmetry, to the last digits.
+
+A point between two of a path is the solution in the plane across their chord; an event is the zero
+of a smooth function of the place on the chord, in so many harmonics that more do not move it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance.basis import resized
+from qzs_rig.theory.balance.continuation import Point
+from qzs_rig.theory.balance.floquet import determinants
+from qzs_rig.theory.balance.harmonic_balance import transmissibility
+from qzs_rig.theory.balance.root import root
+from qzs_rig.theory.balance.unknowns import Unknowns
+from qzs_rig.timehistory import Array
+
+ENOUGH = 1e-11
+"""Relative change of an event's frequency by more harmonics that ends the search."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A piece of a branch: motions (2, 2H + 1) at its ends, where the parameter has `values` (2,).
+
+    `unknowns` gives its equations in any number of harmonics, of which `harmonics` were needed.
+    """
+
+    unknowns: Callable[[int], Unknowns]
+    values: Array
+    coefficients: Array
+    harmonics: int
+
+
+@dataclass(frozen=True)
+class Located:
+    """A motion `coefficients` (2H + 1,) where the parameter has the value `omega`; `uncertainty` is
+    what the last harmonics moved that by, relative."""
+
+    omega: float
+    coefficients: Array
+    uncertainty: float
+
+
+Zero = Callable[[Unknowns, Point], float]
+"""Function of a point that is 0 at the event."""
+
+
+def turning(unknowns: Unknowns, point: Point) -> float:
+    """0 at a fold: the parameter along the path."""
+    return float(point.tangent[-1])
+
+
+def doubling(unknowns: Unknowns, point: Point) -> float:
+    """0 at a period doubling, or in odd harmonics at a symmetry breaking."""
+    oscillator, omega = unknowns.at(point.p)
+    return determinants(oscillator, omega, unknowns.full(point.x), unknowns.odd)[1]
+
+
+def crossing(unknowns: Unknowns, point: Point) -> float:
+    """0 where T = 1."""
+    oscillator, omega = unknowns.at(point.p)
+    x = unknowns.full(point.x)
+    return float(np.log(np.abs(transmissibility(oscillator, np.array([omega]), x[None])[0])))
+
+
+def locate(stretch: Stretch, zero: Zero) -> Located | None:
+    """The event of `zero` on a stretch; None where it does not change sign there."""
+    harmonics, before = stretch.harmonics, None
+    while True:
+        now = _located(stretch, zero, harmonics)
+        if now is None:
+            return before
+        change = math.inf if before is None else abs(now.omega / before.omega - 1.0)
+        now = Located(now.omega, now.coefficients, change)
+        if change < ENOUGH or harmonics > 160:
+            return now
+        before, harmonics = now, harmonics + max(6, 3 * harmonics // 10 // 2 * 2)
+
+
+def _located(stretch: Stretch, zero: Zero, harmonics: int) -> Located | None:
+    equations = stretch.unknowns(harmonics)
+    own = [equations.own(x) for x in stretch.coefficients]
+    size = float(np.linalg.norm(own[0])) or 1.0
+    blank = np.zeros(len(own[0]) + 1)
+    here, ahead = (
+        Point(x, math.log(value), blank, size) for x, value in zip(own, stretch.values, strict=True)
+    )
+
+    def value(share: float) -> float:
+        point = continuation.between(equations, here, ahead, share)
+        if point is None:
+            return math.nan
+        return zero(equations, point)
+
+    share = root(value)
+    point = None if share is None else continuation.between(equations, here, ahead, share)
+    if point is None:
+        return None
+    return Located(math.exp(point.p), resized(equations.full(point.x), harmonics), math.inf)

@@ -1,0 +1,243 @@
+"""One branch of steady motions over frequency, in as many harmonics as it takes.
+
+The reference tracer, in plain numpy. Anything that answers as `follow` does can take its place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance.basis import harmonics_of, resized
+from qzs_rig.theory.balance.continuation import Point, Steps
+from qzs_rig.theory.balance.symmetry import even_part, symmetric
+from qzs_rig.theory.balance.unknowns import Unknowns, value_of
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.timehistory import Array
+
+LADDER = (7, 11, 15, 21, 29, 41, 57, 79, 111, 155)
+"""Numbers of harmonics that are tried."""
+TAIL = 1e-8
+"""The last two harmonics over all, above which more are taken."""
+PATIENCE = 3
+"""Numbers of harmonics in which a start may fail to converge."""
+MOST = 1500
+"""Points of a branch in either direction."""
+FURTHEST = 1e3
+"""Motion in L20 or rad, over max(1, Ĥ), at which a branch counts as unbounded."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A motion (2H + 1,) at `omega` from which its branch is followed while `parameter`, the
+    frequency or another of PARAMETERS, stays within [low, high].
+
+    `harmonics` None adapts their number; `odd` keeps to the odd ones (of an odd law).
+    """
+
+    oscillator: Oscillator
+    omega: float
+    coefficients: Array
+    low: float
+    high: float
+    odd: bool = False
+    harmonics: int | None = None
+    tolerance: float = 1e-10
+    parameter: str = 'omega'
+
+    @property
+    def value(self) -> float:
+        """Where the parameter is at the start."""
+        return value_of(self.oscillator, self.omega, self.parameter)
+
+    def unknowns(self, harmonics: int) -> Unknowns:
+        """The equations in so many harmonics."""
+        return Unknowns(self.oscillator, harmonics, self.odd, self.parameter, self.omega)
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Motions along the path: `coefficients` (n, 2H + 1) where the parameter is `omega` (n,).
+
+    `harmonics` (n,) were needed. `reasons`: why it ended at its first and its last point: 'range',
+    'closed', 'symmetry' (just before it would meet a symmetric branch), or what stopped it.
+    """
+
+    omega: Array
+    coefficients: Array
+    harmonics: NDArray[np.int64]
+    reasons: tuple[str, str]
+
+
+Tracer = Callable[[Task], Followed]
+
+
+def follow(task: Task) -> Followed:
+    """Both ways from the motion of `task`; first point towards low frequency."""
+    up = _one_way(task, 1.0)
+    closed = up.reason == 'closed'
+    down = _Walk(task) if closed else _one_way(task, -1.0)
+    points = [*reversed(down.points[1:]), *up.points]
+    most = max(harmonics_of(x) for _, x in points)
+    return Followed(
+        np.array([_bounded(value, task) for value, _ in points]),
+        np.array([resized(x, most) for _, x in points]),
+        np.array([harmonics_of(x) for _, x in points]),
+        ('closed' if closed else down.reason, up.reason),
+    )
+
+
+def _bounded(value: float, task: Task) -> float:
+    """The value, a bound exactly where it differs by the rounding of its logarithm."""
+    near = min((task.low, task.high), key=lambda bound: abs(value - bound))
+    return near if abs(value - near) < 1e-13 * near else value
+
+
+@dataclass
+class _Walk:
+    task: Task
+    points: list[tuple[float, Array]] = field(default_factory=list)
+    reason: str = ''
+
+
+def refined(task: Task) -> Array | None:
+    """The coefficients (2H + 1,) of `task` in as many harmonics as it takes; None where they
+    lead nowhere: it was an artefact of too few."""
+    found = _settled(task)
+    return None if found is None else found[0].full(found[1])
+
+
+def _settled(task: Task) -> tuple[Unknowns, Array] | None:
+    x, failures = task.coefficients, 0
+    for harmonics in LADDER if task.harmonics is None else (task.harmonics,):
+        equations = task.unknowns(harmonics)
+        own = continuation.solve(
+            equations, equations.own(x), math.log(task.value), task.tolerance, 12
+        )
+        if own is None:
+            failures += 1
+            if failures == PATIENCE:
+                return None
+            continue
+        x = equations.full(own)
+        if task.harmonics is not None or _tail(x, harmonics) <= TAIL:
+            return equations, own
+    return None
+
+
+def _one_way(task: Task, direction: float) -> _Walk:
+    walk = _Walk(task)
+    found = _settled(task)
+    if found is None:
+        walk.reason = 'the start does not converge'
+        walk.points.append((task.value, task.coefficients))
+        return walk
+    equations, x = found
+    here = home = continuation.start(equations, x, math.log(task.value), direction)
+    bounds, judge = (math.log(task.low), math.log(task.high)), _Judge(task)
+    while True:
+        judge.equations = equations
+        path = continuation.walk(
+            equations,
+            here,
+            *bounds,
+            judge,
+            Steps(tolerance=task.tolerance, most=max(1, MOST - len(walk.points))),
+            _same(home, equations),
+        )
+        if path.reason == 'symmetry':
+            path = replace(path, points=path.points[:-1])
+        known = len(walk.points) > 0
+        walk.points += [(math.exp(q.p), equations.full(q.x)) for q in path.points[known:]]
+        walk.reason = path.reason
+        if path.reason not in ('more', 'fewer'):
+            return walk
+        moved = _moved(task, equations, path.points[-1], path.reason)
+        if moved is None:
+            walk.reason = f'{equations.harmonics} harmonics do not suffice'
+            return walk
+        equations, here = moved
+        walk.points[-1] = math.exp(here.p), equations.full(here.x)
+
+
+def _moved(
+    task: Task, equations: Unknowns, last: Point, reason: str
+) -> tuple[Unknowns, Point] | None:
+    """The same point in more or fewer harmonics."""
+    place = LADDER.index(equations.harmonics) + (1 if reason == 'more' else -1)
+    if place >= len(LADDER):
+        return None
+    other = task.unknowns(LADDER[place])
+    along = np.append(other.own(equations.full(last.tangent[:-1])), last.tangent[-1])
+    along /= np.linalg.norm(along)
+    guess = other.own(equations.full(last.x))
+    found = continuation.correct(other, guess, last.p, along, last.size, task.tolerance)
+    if found is None:
+        return None
+    x, p, _ = found
+    return other, continuation.located(other, x, p, last.size, along)
+
+
+def _same(home: Point, equations: Unknowns) -> Point:
+    """`home` in the unknowns of `equations`, to recognise it."""
+    n = len(equations.balance.basis.columns)
+    x, along = np.zeros(n), np.zeros(n + 1)
+    k = min(n, len(home.x))
+    x[:k], along[:k], along[-1] = home.x[:k], home.tangent[:k], home.tangent[-1]
+    return Point(x, home.p, along, home.size)
+
+
+@dataclass
+class _Judge:
+    """Ends a walk where other harmonics are due, or the law ends."""
+
+    task: Task
+    equations: Unknowns | None = None
+    even: Array | None = None
+
+    def __call__(self, point: Point) -> str | None:
+        task, equations = self.task, self.equations
+        assert equations is not None
+        w = np.abs(equations.balance.to_time @ point.x).max()
+        if w >= 0.9999 * task.oscillator.domain:
+            return f'law {task.oscillator.law.name} ends at |w| = {task.oscillator.domain:g}'
+        if w > FURTHEST * max(1.0, task.oscillator.amplitude):
+            return f'the motion grows beyond {w:.3g}'
+        if self._mirrors(equations.full(point.x)):
+            return 'symmetry'
+        return _due(task, equations, point.x)
+
+    def _mirrors(self, x: Array) -> bool:
+        """Have the even harmonics changed sign since the last point? They did at the symmetric
+        motion between; what follows is the branch's mirror image."""
+        if self.task.odd or not symmetric(self.task.oscillator):
+            return False
+        before, self.even = self.even, even_part(x)
+        if before is None:
+            return False
+        size = min(len(before), len(x))
+        return float(before[:size] @ self.even[:size]) < 0
+
+
+def _due(task: Task, equations: Unknowns, x: Array) -> str | None:
+    harmonics = equations.harmonics
+    if task.harmonics is not None:
+        return None
+    full = equations.full(x)
+    if _tail(full, harmonics) > TAIL:
+        return 'more'
+    place = LADDER.index(harmonics)
+    if place and _tail(full, LADDER[place - 1]) < 0.03 * TAIL:
+        return 'fewer'
+    return None
+
+
+def _tail(coefficients: Array, harmonics: int) -> float:
+    """What the last two of `harmonics`, and all above, are of the whole."""
+    high = float(np.linalg.norm(coefficients[2 * harmonics - 3 :]))
+    return high / (float(np.linalg.norm(coefficients)) or 1.0)

@@ -1,0 +1,185 @@
+"""Where folds lie while amplitude or damping varies: the map of jumps.
+
+A fold is a motion x with a disturbance φ that its balance does not feel, R(x, Ω) = 0 and
+R_x φ = 0; both are followed over the second parameter, round the cusps where folds meet (Krack
+and Gross 2019, section 4.5; Govaerts 2000).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from qzs_rig.errors import InputError
+from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance.basis import harmonics_of
+from qzs_rig.theory.balance.continuation import Path, Point, Steps
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.balance.one_thread import one_thread
+from qzs_rig.theory.balance.response import Event, frequency_response
+from qzs_rig.theory.balance.unknowns import PARAMETERS, with_value
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.timehistory import Array
+
+LEVELS = 5
+"""Values of the parameter at which folds are looked for."""
+
+
+@dataclass(frozen=True)
+class FoldCurve:
+    """Folds `omega` (n,) with `T` and `amplitude` of the motion, while the parameter has
+    `value` (n,); both may turn back. `reasons`: why it ends at its first and last point."""
+
+    value: Array
+    omega: Array
+    T: Array
+    amplitude: Array
+    reasons: tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Folds:
+    """R and R_x φ over the logarithm of the parameter; unknowns are x, φ (scaled as x) and ln Ω."""
+
+    oscillator: Oscillator
+    parameter: str
+    harmonics: int
+    size: float
+
+    def linearised(self, y: Array, p: float) -> tuple[Array, Array, Array]:
+        """See continuation.Equations."""
+        n = 2 * self.harmonics + 1
+        x, phi, omega = y[:n], y[n : 2 * n], math.exp(min(float(y[-1]), 50.0))
+        balance = self._balance(p)
+        residual, jacobian, slope = balance.linearised(x, omega)
+        matrix = np.zeros((2 * n + 1, 2 * n + 1))
+        matrix[:n, :n] = matrix[n : 2 * n, n : 2 * n] = jacobian
+        matrix[n : 2 * n, :n] = _curvature(balance, x, phi)
+        matrix[:n, -1] = slope
+        matrix[n : 2 * n, -1] = _linear_slope(balance, omega) @ phi
+        matrix[-1, n : 2 * n] = 2 * phi
+        ahead, behind = (self._residual(x, phi, omega, p + side) for side in (1e-5, -1e-5))
+        along = np.append((ahead - behind) / 2e-5, 0.0)
+        right = np.concatenate([residual, jacobian @ phi, [phi @ phi - self.size**2]])
+        return right, matrix, along
+
+    def _residual(self, x: Array, phi: Array, omega: float, p: float) -> Array:
+        residual, jacobian, _ = self._balance(p).linearised(x, omega)
+        return np.concatenate([residual, jacobian @ phi])
+
+    def _balance(self, p: float) -> HarmonicBalance:
+        at = with_value(self.oscillator, self.parameter, math.exp(min(p, 50.0)))
+        return HarmonicBalance(at, self.harmonics)
+
+
+@one_thread
+def jump_map(
+    oscillator: Oscillator,
+    parameter: str,
+    bounds: tuple[float, float],
+    low: float,
+    high: float,
+    *,
+    progress: Callable[[float, str], None] | None = None,
+) -> tuple[FoldCurve, ...]:
+    """Curves of folds for `parameter` within `bounds` and Ω within [low, high].
+
+    They start from the folds at a few values of the parameter. Raises InputError for an unknown
+    parameter and for bounds that do not rise from above 0.
+    """
+    if parameter not in PARAMETERS[1:]:
+        raise InputError(f'unknown parameter {parameter!r}; known: {", ".join(PARAMETERS[1:])}')
+    if not 0.0 < bounds[0] < bounds[1] < math.inf:
+        raise InputError(f'{parameter} {bounds[0]:g}:{bounds[1]:g}: give a range above 0')
+    found: list[FoldCurve] = []
+    levels = np.geomspace(*bounds, LEVELS + 2)[1:-1]
+    for k, value in enumerate(levels):
+        if progress:
+            progress(k / LEVELS, f'folds at {parameter} = {value:.3g}')
+        at = with_value(oscillator, parameter, float(value))
+        for fold in frequency_response(at, low, high).folds:
+            if not any(_on(curve, float(value), fold.omega) for curve in found):
+                curve = _followed(at, parameter, float(value), fold, bounds, (low, high))
+                found += [] if curve is None else [curve]
+    return tuple(found)
+
+
+def _followed(
+    oscillator: Oscillator,
+    parameter: str,
+    value: float,
+    fold: Event,
+    bounds: tuple[float, float],
+    omega: tuple[float, float],
+) -> FoldCurve | None:
+    harmonics = harmonics_of(fold.coefficients)
+    size = float(np.linalg.norm(fold.coefficients))
+    equations = Folds(oscillator, parameter, harmonics, size)
+    _, jacobian, _ = HarmonicBalance(oscillator, harmonics).linearised(
+        fold.coefficients, fold.omega
+    )
+    null = np.linalg.svd(jacobian)[2][-1] * size
+    y = np.concatenate([fold.coefficients, null, [math.log(fold.omega)]])
+    start = continuation.solve(equations, y, math.log(value))
+    if start is None:
+        return None
+
+    def judge(point: Point) -> str | None:
+        return None if omega[0] <= math.exp(point.x[-1]) <= omega[1] else 'range'
+
+    ways = []
+    for direction in (-1.0, 1.0):
+        here = continuation.start(equations, start, math.log(value), direction)
+        low, high = math.log(bounds[0]), math.log(bounds[1])
+        ways.append(continuation.walk(equations, here, low, high, judge, Steps(first=0.01)))
+        if ways[-1].reason == 'closed':
+            ways[0] = Path((), 'closed')
+            break
+    points = [*reversed(ways[0].points[1:]), *ways[-1].points]
+    points = [point for point in points if judge(point) is None]
+    if len(points) < 2:
+        return None
+    return _curve(equations, points, (ways[0].reason, ways[-1].reason))
+
+
+def _curve(equations: Folds, points: Sequence[Point], reasons: tuple[str, str]) -> FoldCurve:
+    value = np.exp([point.p for point in points])
+    omega = np.exp([point.x[-1] for point in points])
+    w = np.array([point.x[1] - 1j * point.x[2] for point in points])
+    base = np.array(
+        [
+            with_value(equations.oscillator, equations.parameter, float(v)).base(f)
+            for v, f in zip(value, omega, strict=True)
+        ]
+    )
+    return FoldCurve(value, omega, np.abs(1.0 + w / base), np.abs(w), reasons)
+
+
+def _on(curve: FoldCurve, value: float, omega: float) -> bool:
+    """Does the curve pass this fold?"""
+    a, b = curve.value[:-1], curve.value[1:]
+    for k in np.flatnonzero((np.minimum(a, b) <= value) & (value <= np.maximum(a, b))):
+        share = (value - a[k]) / (b[k] - a[k] or 1.0)
+        there = curve.omega[k] + share * (curve.omega[k + 1] - curve.omega[k])
+        # chords of a curve that turns by 0.2 a step
+        if abs(there / omega - 1.0) < 0.2 * abs(curve.omega[k + 1] / curve.omega[k] - 1.0) + 1e-4:
+            return True
+    return False
+
+
+def _curvature(balance: HarmonicBalance, x: Array, phi: Array) -> Array:
+    """Slope in x of R_x φ: the stiffness's own slope, by a central difference, along φ."""
+    w, along = balance.to_time @ x, balance.to_time @ phi
+    h = 1e-5 * max(float(np.abs(w).max()), 1e-6)
+    bend = (balance.oscillator.stiffness(w + h) - balance.oscillator.stiffness(w - h)) / (2 * h)
+    return balance.basis.tangent(bend * along)
+
+
+def _linear_slope(balance: HarmonicBalance, omega: float) -> Array:
+    """Slope in ln Ω of the linear part."""
+    rates = balance.basis.rates
+    spin = 2 * balance.oscillator.zeta * omega * balance.basis.derivative
+    return np.asarray(spin - 2 * np.diag((omega * rates) ** 2))

@@ -1,0 +1,240 @@
+"""The frequency response of an oscillator: every branch with its stability, every event.
+
+Branches are followed by a tracer (`follow` in plain numpy, or one that answers alike) from motions
+that `seeds` finds at both ends of the range and between; symmetry-broken ones from where they part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.errors import InputError
+from qzs_rig.theory.balance import search
+from qzs_rig.theory.balance.basis import harmonics_of, resized
+from qzs_rig.theory.balance.events import (
+    Located,
+    Stretch,
+    Zero,
+    crossing,
+    doubling,
+    locate,
+    turning,
+)
+from qzs_rig.theory.balance.floquet import Floquet, floquet
+from qzs_rig.theory.balance.follow import Followed, Tracer, follow
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, transmissibility
+from qzs_rig.theory.balance.one_thread import one_thread
+from qzs_rig.theory.balance.unknowns import Unknowns
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.timehistory import Array
+
+Progress = Callable[[float, str], None]
+"""Told the share of the work that is done, and what is under way."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Steady motions along a continuous path; `omega` (n,) may fold back.
+
+    `T` = |u/v| and `phase_deg` of u against v in (-180, 180], `amplitude` of w: of fundamentals.
+    `coefficients` (n, 2H + 1) as in HarmonicBalance, of which `harmonics` (n,) were needed.
+    `multipliers` (n, 2): Floquet's. `symmetric`: all motions mirror themselves every half period.
+    `reasons`: why it ends at its first and its last point. `defect`: the most that any motion
+    leaves unbalanced in twice the harmonics, over the drive; a large one marks an artefact of too
+    few harmonics.
+    """
+
+    omega: Array
+    T: Array
+    amplitude: Array
+    phase_deg: Array
+    stable: NDArray[np.bool_]
+    coefficients: Array
+    harmonics: NDArray[np.int64]
+    multipliers: NDArray[np.complex128]
+    symmetric: bool
+    reasons: tuple[str, str]
+    defect: float = 0.0
+
+
+@dataclass(frozen=True)
+class Event:
+    """`kind` 'fold', 'period_doubling' or 'symmetry_breaking' on branch number `branch`;
+    `uncertainty` is the relative change of omega by the last harmonics added."""
+
+    omega: float
+    T: float
+    kind: str
+    amplitude: float
+    phase_deg: float
+    branch: int
+    uncertainty: float
+    coefficients: Array
+
+
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """All branches found within [low, high], events by branch, `onset_omega` ascending: where T of
+    stable motion falls below 1 as frequency rises. `reason` says where a branch ended early."""
+
+    oscillator: Oscillator
+    low: float
+    high: float
+    branches: tuple[Branch, ...]
+    events: tuple[Event, ...]
+    onset_omega: tuple[float, ...]
+    reason: str | None
+
+    @property
+    def folds(self) -> tuple[Event, ...]:
+        """Events of kind 'fold'."""
+        return tuple(event for event in self.events if event.kind == 'fold')
+
+    @property
+    def harmonics(self) -> int:
+        """The most that any motion needed."""
+        return max((int(branch.harmonics.max()) for branch in self.branches), default=0)
+
+    @property
+    def peak(self) -> tuple[float, float] | None:
+        """(Ω, T) of the largest T on a stable branch; None where nothing is stable."""
+        found = [
+            (float(b.T[k]), float(b.omega[k]))
+            for b in self.branches
+            for k in np.flatnonzero(b.stable)
+        ]
+        T, omega = max(found, default=(0.0, 0.0))
+        return (omega, T) if found else None
+
+
+@one_thread
+def frequency_response(
+    oscillator: Oscillator,
+    low: float,
+    high: float,
+    *,
+    harmonics: int | None = None,
+    tolerance: float = 1e-10,
+    isolas: bool = True,
+    progress: Progress | None = None,
+    tracer: Tracer = follow,
+) -> FrequencyResponse:
+    """Every branch over Ω in [low, high].
+
+    `harmonics` None takes as many as each motion needs; `isolas` looks for isolated branches too
+    (the same seeds every time). Raises InputError for a range or an amplitude that has no
+    transmissibility. A branch that ends early keeps its points and says why.
+    """
+    if not 0.0 < low < high < np.inf:
+        raise InputError(f'omega {low:g}:{high:g}: give a range that rises from above 0')
+    if not oscillator.amplitude > 0.0:
+        raise InputError('amplitude is 0: transmissibility needs a base that moves; give a small '
+                         'one, 1e-6, for the linear limit')  # fmt: skip
+    tell = progress or (lambda share, text: None)
+    paths = search.paths(
+        search.Range(oscillator, low, high, harmonics, tolerance), tracer, isolas, tell
+    )
+    tell(0.8, 'events')
+    floquets = [floquet(oscillator, path.omega, path.coefficients, odd) for path, odd in paths]
+    branches = tuple(
+        _branch(oscillator, *path, own) for path, own in zip(paths, floquets, strict=True)
+    )
+    events = tuple(
+        event
+        for k, (branch, own) in enumerate(zip(branches, floquets, strict=True))
+        for event in _events(oscillator, k, branch, own)
+    )
+    onset = sorted(w for branch in branches for w in _onsets(oscillator, branch))
+    early = {reason for b in branches for reason in b.reasons} - set(search.GOOD_ENDS)
+    tell(1.0, 'done')
+    return FrequencyResponse(
+        oscillator,
+        low,
+        high,
+        branches,
+        events,
+        tuple(onset),
+        '; '.join(sorted(early)) or (None if branches else 'no steady motion was found'),
+    )
+
+
+def _branch(oscillator: Oscillator, path: Followed, odd: bool, floquets: Floquet) -> Branch:
+    ratio = transmissibility(oscillator, path.omega, path.coefficients)
+    phase = np.degrees(np.angle(ratio))
+    return Branch(
+        omega=path.omega,
+        T=np.abs(ratio),
+        amplitude=np.hypot(path.coefficients[:, 1], path.coefficients[:, 2]),
+        phase_deg=np.where(phase > -180.0, phase, 180.0),
+        stable=floquets.stable,
+        coefficients=path.coefficients,
+        harmonics=path.harmonics,
+        multipliers=floquets.multipliers,
+        symmetric=odd,
+        reasons=path.reasons,
+        defect=_defect(oscillator, path),
+    )
+
+
+def _defect(oscillator: Oscillator, path: Followed) -> float:
+    harmonics = 2 * harmonics_of(path.coefficients)
+    left = HarmonicBalance(oscillator, harmonics).residual(
+        resized(path.coefficients, harmonics), path.omega
+    )
+    return float((np.linalg.norm(left, axis=1) / oscillator.drive(path.omega)).max())
+
+
+def _events(oscillator: Oscillator, number: int, branch: Branch, floquets: Floquet) -> list[Event]:
+    found: list[tuple[int, Event]] = []
+    rising = np.diff(branch.omega) > 0
+    turns = np.flatnonzero(rising[:-1] != rising[1:]) + 1
+    for k in turns:
+        for place in (k - 1, k):
+            located = _at(oscillator, branch, int(place), turning)
+            if located is not None:
+                found.append((int(place), _event(oscillator, 'fold', number, located)))
+                break
+    kind = 'symmetry_breaking' if branch.symmetric else 'period_doubling'
+    other = floquets.other
+    for k in np.flatnonzero((other[:-1] > 0) != (other[1:] > 0)):
+        located = _at(oscillator, branch, int(k), doubling)
+        if located is not None:
+            found.append((int(k), _event(oscillator, kind, number, located)))
+    return [event for _, event in sorted(found, key=lambda pair: pair[0])]
+
+
+def _onsets(oscillator: Oscillator, branch: Branch) -> list[float]:
+    above = branch.T > 1.0
+    rising = np.diff(branch.omega) > 0
+    down = np.where(rising, above[:-1] & ~above[1:], ~above[:-1] & above[1:])
+    places = np.flatnonzero(down & branch.stable[:-1] & branch.stable[1:])
+    located = (_at(oscillator, branch, int(k), crossing) for k in places)
+    return [place.omega for place in located if place is not None]
+
+
+def _at(oscillator: Oscillator, branch: Branch, k: int, zero: Zero) -> Located | None:
+    pair = slice(k, k + 2)
+    harmonics = int(branch.harmonics[pair].max())
+    x = branch.coefficients[pair]
+    unknowns = partial(Unknowns, oscillator, odd=branch.symmetric)
+    return locate(Stretch(unknowns, branch.omega[pair], x, harmonics), zero)
+
+
+def _event(oscillator: Oscillator, kind: str, number: int, located: Located) -> Event:
+    x = located.coefficients
+    ratio = transmissibility(oscillator, np.array([located.omega]), x[None])[0]
+    return Event(
+        located.omega,
+        float(abs(ratio)),
+        kind,
+        float(np.hypot(x[1], x[2])),
+        float(np.degrees(np.angle(ratio))),
+        number,
+        located.uncertainty,
+        x,
+    )

@@ -1,0 +1,144 @@
+"""Finding all branches of a range: from both its ends, from between, from broken symmetry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance.basis import Basis, harmonics_of, resized
+from qzs_rig.theory.balance.describing import describing
+from qzs_rig.theory.balance.events import Located, Stretch, doubling, locate
+from qzs_rig.theory.balance.floquet import floquet
+from qzs_rig.theory.balance.follow import Followed, Task, Tracer, refined
+from qzs_rig.theory.balance.harmonic_balance import tangent
+from qzs_rig.theory.balance.seeds import is_known, kicked, one_term
+from qzs_rig.theory.balance.symmetry import lopsided, symmetric
+from qzs_rig.theory.balance.unknowns import Unknowns
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.timehistory import Array
+
+BETWEEN = 24
+"""Frequencies at which isolated branches are looked for."""
+GOOD_ENDS = ('range', 'closed', 'symmetry')
+"""Ends of a branch that are none of its own: the bounds of the range, its own beginning, and the
+symmetric branch that it parts from."""
+
+Found = list[tuple[Followed, bool]]
+
+
+@dataclass(frozen=True)
+class Range:
+    """What is looked at, and how."""
+
+    oscillator: Oscillator
+    low: float
+    high: float
+    harmonics: int | None
+    tolerance: float
+
+    def task(self, omega: float, x: Array, odd: bool) -> Task:
+        """To follow the branch of the motion x (2H + 1,) at `omega`."""
+        return Task(
+            self.oscillator, omega, x, self.low, self.high, odd, self.harmonics, self.tolerance
+        )
+
+
+def paths(span: Range, tracer: Tracer, isolas: bool, tell: Callable[[float, str], None]) -> Found:
+    """Every path, each with whether it is in odd harmonics; those at the upper end first."""
+    found: Found = []
+    odd, table = symmetric(span.oscillator), describing(span.oscillator)
+    ends = np.array([span.high, span.low])
+    tell(0.0, 'branches from the ends of the range')
+    _follow(span, one_term(span.oscillator, ends, table), found, tracer, odd)
+    between = np.geomspace(span.low, span.high, BETWEEN + 2)[1:-1]
+    if isolas or not found:
+        tell(0.3, 'isolated branches')
+        _follow(span, one_term(span.oscillator, between, table), found, tracer, odd)
+    if odd:
+        tell(0.5, 'broken symmetry')
+        partings = [at for path, own in found if own for at in _partings(span, path)]
+        _follow(span, _broken(span, partings), found, tracer, odd)
+        found = [(_joined(path, partings), own) for path, own in found]
+    if isolas:
+        tell(0.6, 'isolated branches')
+        known = [path for path, _ in found]
+        _follow(span, kicked(span.oscillator, between, known, seed=1), found, tracer, odd)
+    return found
+
+
+def _follow(
+    span: Range,
+    seeds: Iterator[tuple[float, Array]],
+    found: Found,
+    tracer: Tracer,
+    odd: bool,
+) -> None:
+    for omega, x in seeds:
+        own = odd and lopsided(x) < 1e-6
+        task = span.task(omega, x, own)
+        if is_known(task, [path for path, _ in found]):
+            continue
+        start = refined(task)
+        if start is None:
+            continue
+        task = span.task(omega, start, odd and lopsided(start) < 1e-6)
+        if not is_known(task, [path for path, _ in found]):
+            found.append((tracer(task), task.odd))
+
+
+def _partings(span: Range, path: Followed) -> list[Located]:
+    """Where the symmetric `path` loses its symmetry."""
+    other = floquet(span.oscillator, path.omega, path.coefficients, odd=True).other
+    found = []
+    for k in np.flatnonzero((other[:-1] > 0) != (other[1:] > 0)):
+        pair = slice(k, k + 2)
+        x, harmonics = path.coefficients[pair], int(path.harmonics[pair].max())
+        unknowns = partial(Unknowns, span.oscillator, odd=True)
+        at = locate(Stretch(unknowns, path.omega[pair], x, harmonics), doubling)
+        if at is not None:
+            found.append(at)
+    return found
+
+
+def _broken(span: Range, partings: list[Located]) -> Iterator[tuple[float, Array]]:
+    """Motions beside `partings` that are no longer symmetric."""
+    for at in partings:
+        beside = _beside(span.oscillator, at.omega, at.coefficients)
+        if beside is not None and span.low <= beside[0] <= span.high:
+            yield beside
+
+
+def _joined(path: Followed, partings: list[Located]) -> Followed:
+    """A path that ends before a symmetric motion, with that motion."""
+    omega, x, harmonics = path.omega, path.coefficients, path.harmonics
+    for end, place in ((1, len(omega)), (0, 0)):
+        if path.reasons[end] == 'symmetry' and partings:
+            last = path.omega[-end]
+            near = min(partings, key=lambda at: abs(math.log(at.omega / last)))
+            at = resized(near.coefficients, harmonics_of(x))
+            omega = np.insert(omega, place, near.omega)
+            x = np.insert(x, place, at, axis=0)
+            harmonics = np.insert(harmonics, place, path.harmonics[-end])
+    return replace(path, omega=omega, coefficients=x, harmonics=harmonics)
+
+
+def _beside(oscillator: Oscillator, omega: float, x: Array) -> tuple[float, Array] | None:
+    """A motion in which even harmonics have grown to a twentieth, along Hill's null vector."""
+    harmonics = len(x) // 2
+    odd = Basis.odd(harmonics)
+    even = odd.even()
+    slope = tangent(even, oscillator, odd, x[odd.columns], omega)
+    null = np.zeros(len(x))
+    null[even.columns] = np.linalg.svd(slope)[2][-1]
+    size = float(np.linalg.norm(x))
+    equations = Unknowns(oscillator, harmonics)
+    across = np.append(null, 0.0)
+    found = continuation.correct(
+        equations, x + 0.05 * size * null, math.log(omega), across, size, 1e-10
+    )
+    return None if found is None else (math.exp(found[1]), found[0])

@@ -1,0 +1,1 @@
+"""The coupled platform balanced in six coordinates."""

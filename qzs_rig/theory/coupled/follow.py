@@ -1,0 +1,137 @@
+"""Branches of the coupled platform, followed in all six coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance.basis import resized
+from qzs_rig.theory.balance.continuation import Path, Point, Steps
+from qzs_rig.theory.balance.response import FrequencyResponse
+from qzs_rig.theory.coupled.balance import CoupledBalance
+from qzs_rig.theory.coupled.plant import COORDINATES, Plate
+from qzs_rig.timehistory import Array
+
+LADDER = (5, 9, 15, 21)
+"""Numbers of harmonics that are tried."""
+TAIL = 1e-7
+"""The last two harmonics over all that moves, above which more are taken."""
+GOOD = ('range', 'closed')
+FURTHEST_TILT = 0.5
+"""Sine of half the angle, about 1 rad, beyond which arms would collide."""
+LOOSE = 1e-3
+"""Tail at which a motion is beyond so few harmonics, and its branch ends."""
+STEPS = Steps(first=0.02, largest=0.1, turn=0.25, most=250)
+
+
+@dataclass(frozen=True)
+class Track:
+    """Points of one branch, from low frequency, and why it ended at its first and last one."""
+
+    balance: CoupledBalance
+    points: list[Point]
+    reasons: tuple[str, str]
+
+
+def tracks(plate: Plate, alone: FrequencyResponse, harmonics: int | None) -> list[Track]:
+    """Branches through the ends of the range, started where the branches `alone` of the projected
+    degree of freedom end, and from a plate that hangs still in space."""
+    found: list[Track] = []
+    for omega in (alone.high, alone.low):
+        for start in _starts(plate, alone, omega):
+            x = _converged(plate, omega, start)
+            if x is not None and not any(_reaches(track, omega, x) for track in found):
+                found.append(_followed(plate, omega, x, alone.low, alone.high, harmonics))
+    return found
+
+
+def _starts(plate: Plate, alone: FrequencyResponse, omega: float) -> list[Array]:
+    balance = CoupledBalance(plate, LADDER[1])
+    still = balance.resting().reshape(COORDINATES, -1)
+    starts = [still.ravel()]
+    for branch in alone.branches:
+        for end in (0, -1):
+            if branch.omega[end] == omega:
+                top = resized(branch.coefficients[end], balance.harmonics)
+                top[1] += plate.base(omega)
+                starts.append(_moving(plate, still, top).ravel())
+    return starts
+
+
+def _moving(plate: Plate, still: Array, top: Array) -> Array:
+    x = np.array(still)
+    height = plate.scaled.height
+    if plate.dof == 'horizontal':
+        x[0] += top
+    elif plate.dof == 'vertical_rotation':
+        x[5] += 0.5 * top
+    else:
+        x[4] += 0.5 * top
+        x[0] += height * top
+    return x
+
+
+def _converged(plate: Plate, omega: float, x: Array) -> Array | None:
+    balance = CoupledBalance(plate, LADDER[1])
+    found = continuation.solve(balance, x, math.log(omega))
+    if found is None or balance.tail(found) > LOOSE:
+        return None
+    return found
+
+
+def _reaches(track: Track, omega: float, x: Array) -> bool:
+    small = CoupledBalance(track.balance.plate, LADDER[0])
+    own = small.resized(x)
+    for point in (track.points[0], track.points[-1]):
+        if abs(point.p - math.log(omega)) < 1e-9:
+            gap = np.linalg.norm(small.resized(point.x) - own)
+            if gap < 1e-3 * max(float(np.linalg.norm(own)), 1e-12):
+                return True
+    return False
+
+
+def _followed(
+    plate: Plate, omega: float, x: Array, low: float, high: float, harmonics: int | None
+) -> Track:
+    track = None
+    for count in LADDER if harmonics is None else (harmonics,):
+        balance = CoupledBalance(plate, count)
+        start = continuation.solve(balance, balance.resized(x), math.log(omega))
+        if start is None:
+            continue
+        track = _both_ways(balance, start, omega, low, high)
+        if max(balance.tail(point.x) for point in track.points) < TAIL:
+            break
+        if not any('harmonics' in reason or reason in GOOD for reason in track.reasons):
+            break
+    if track is None:
+        blank = Point(x, math.log(omega), np.zeros(len(x) + 1), 1.0)
+        return Track(CoupledBalance(plate, LADDER[1]), [blank], ('does not converge',) * 2)
+    return track
+
+
+def _both_ways(balance: CoupledBalance, x: Array, omega: float, low: float, high: float) -> Track:
+    paths = []
+    for way, bound in ((-1.0, low), (1.0, high)):
+        if abs(omega / bound - 1.0) < 1e-12:
+            here = continuation.start(balance, x, math.log(omega), way)
+            paths.append(Path((here,), 'range'))
+            continue
+        here = continuation.start(balance, x, math.log(omega), way)
+        bounds = math.log(low), math.log(high)
+        paths.append(continuation.walk(balance, here, *bounds, lambda q: _judge(balance, q), STEPS))
+    points = [*reversed(paths[0].points[1:]), *paths[1].points]
+    points = [replace(q, p=min(max(q.p, math.log(low)), math.log(high))) for q in points]
+    return Track(balance, points, (paths[0].reason, paths[1].reason))
+
+
+def _judge(balance: CoupledBalance, point: Point) -> str | None:
+    own = point.x.reshape(COORDINATES, -1) @ balance.basis.to_time.T
+    if float((own[3:] ** 2).sum(axis=0).max()) > FURTHEST_TILT**2:
+        return 'the plate turns by more than 1 rad'
+    if balance.tail(point.x) > LOOSE:
+        return f'{balance.harmonics} harmonics do not suffice'
+    return None

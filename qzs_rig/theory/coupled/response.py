@@ -1,0 +1,207 @@
+"""The frequency response of the coupled platform, told like that of one degree of freedom.
+
+A vertically driven plate stays on its axis, where the law `geometric` is exact: its branches are
+those of one degree of freedom, and only their stability is the coupled platform's own (the other
+coordinates may be excited parametrically). Otherwise all six are balanced, from the motions that
+single degrees of freedom suggest at both ends of the range; isolated branches are not looked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from qzs_rig.mechanics.geometric.geometry import Geometry
+from qzs_rig.theory.balance.basis import harmonics_of, resized
+from qzs_rig.theory.balance.continuation import Point
+from qzs_rig.theory.balance.one_thread import one_thread
+from qzs_rig.theory.balance.response import (
+    Branch,
+    Event,
+    FrequencyResponse,
+    Progress,
+    frequency_response,
+)
+from qzs_rig.theory.balance.unknowns import Unknowns
+from qzs_rig.theory.coupled import events as coupled_events
+from qzs_rig.theory.coupled.balance import CoupledBalance
+from qzs_rig.theory.coupled.events import Pair, Whole
+from qzs_rig.theory.coupled.floquet import multipliers
+from qzs_rig.theory.coupled.follow import Track, tracks
+from qzs_rig.theory.coupled.plant import COORDINATES, Plate
+from qzs_rig.theory.oscillator import Oscillator
+
+
+@one_thread
+def coupled_response(
+    geometry: Geometry,
+    oscillator: Oscillator,
+    low: float,
+    high: float,
+    *,
+    harmonics: int | None = None,
+    progress: Progress | None = None,
+) -> FrequencyResponse:
+    """Of the coupled platform driven along the degree of freedom, and by the base amplitude, of
+    `oscillator`, its own projection.
+
+    Events: 'fold', and where stability is lost otherwise 'period_doubling' (a multiplier at -1),
+    'symmetry_breaking' (at 1) or 'neimark_sacker' (a pair on the unit circle).
+    """
+    own = Plate(geometry, oscillator.dof, oscillator.amplitude, oscillator.falloff)
+    tell = progress or (lambda share, text: None)
+    alone = frequency_response(
+        oscillator,
+        low,
+        high,
+        harmonics=harmonics,
+        progress=lambda share, text: tell(0.2 * share, text),
+    )
+    if oscillator.dof == 'vertical':
+        return _on_its_axis(alone, own, tell)
+    found = tracks(own, alone, harmonics)
+    branches, events = [], []
+    for number, track in enumerate(found):
+        branch, pairs = _branch(track, low, high, partial(_tell, tell, number, len(found)))
+        branches.append(branch)
+        events += _events(branch, pairs, number)
+    early = {reason for track in found for reason in track.reasons} - {'range', 'closed'}
+    return FrequencyResponse(
+        oscillator,
+        low,
+        high,
+        tuple(branches),
+        tuple(events),
+        tuple(sorted(w for branch in branches for w in _onsets(branch))),
+        '; '.join(sorted(early)) or (None if found else 'no steady motion was found'),
+    )
+
+
+def _tell(tell: Progress, number: int, count: int, share: float) -> None:
+    tell(0.2 + 0.8 * (number + share) / count, 'stability of six degrees of freedom')
+
+
+def _on_its_axis(alone: FrequencyResponse, own: Plate, tell: Progress) -> FrequencyResponse:
+    branches, events = [], []
+    for number, branch in enumerate(alone.branches):
+        points = [
+            Point(x, math.log(w), np.zeros(len(x) + 1), float(np.linalg.norm(x)))
+            for w, x in zip(branch.omega.tolist(), branch.coefficients, strict=True)
+        ]
+        found = []
+        for k, point in enumerate(points):
+            x = resized(point.x, int(branch.harmonics[k]))
+            at = _axial(own, replace(point, x=x))
+            found.append(multipliers(at.balance, at.x, at.omega))
+            _tell(tell, number, len(alone.branches), k / len(points))
+        judged = _judged(branch, np.array(found))
+        pairs = [
+            _axial_pair(own, alone.oscillator, branch, points, k) for k in range(len(points) - 1)
+        ]
+        branches.append(judged)
+        events += [e for e in alone.events if e.kind == 'fold' and e.branch == number]
+        events += _events(judged, pairs, number, folds=False)
+    onset = tuple(w for w in alone.onset_omega if any(_is_stable(b, w) for b in branches))
+    return replace(alone, branches=tuple(branches), events=tuple(events), onset_omega=onset)
+
+
+def _judged(branch: Branch, found: np.ndarray[tuple[int, int], np.dtype[np.complex128]]) -> Branch:
+    return replace(branch, multipliers=found, stable=np.abs(found).max(axis=1) < 1.0)
+
+
+def _axial_pair(
+    own: Plate, oscillator: Oscillator, branch: Branch, points: list[Point], k: int
+) -> Pair:
+    harmonics = int(branch.harmonics[k : k + 2].max())
+    here, ahead = (
+        replace(q, x=resized(q.x, harmonics), tangent=np.zeros(2 * harmonics + 2))
+        for q in points[k : k + 2]
+    )
+    return Pair(Unknowns(oscillator, harmonics), here, ahead, partial(_axial, own))
+
+
+def _axial(own: Plate, point: Point) -> Whole:
+    """A plate that moves by w = point.x (2H + 1,), downward, against its base."""
+    omega, order = math.exp(point.p), (np.arange(len(point.x)) + 1) // 2
+    x = np.zeros((COORDINATES, len(point.x)))
+    # an oscillator's base moves as cos, downward, the plate's upward: half a period apart
+    x[2] = -point.x * np.where(order % 2 == 0, 1.0, -1.0)
+    x[2, 0] += own.scaled.height
+    x[2, 1] += own.base(omega)
+    return Whole(CoupledBalance(own, harmonics_of(point.x)), x.ravel(), omega)
+
+
+def _branch(
+    track: Track, low: float, high: float, tell: Callable[[float], None]
+) -> tuple[Branch, list[Pair]]:
+    balance, points = track.balance, track.points
+    omega = np.clip(np.exp([q.p for q in points]), low, high)
+    top = np.array([balance.seen(q.x) for q in points])
+    base = np.array([balance.plate.base(float(w)) for w in omega])
+    u = top[:, 1] - 1j * top[:, 2]
+    found = []
+    for k, point in enumerate(points):
+        found.append(multipliers(balance, point.x, float(omega[k])))
+        tell(k / len(points))
+    relative = np.array(top)
+    relative[:, 1] -= base
+    phase = np.degrees(np.angle(u))
+    branch = Branch(
+        omega=omega,
+        T=np.abs(u) / base,
+        amplitude=np.hypot(relative[:, 1], relative[:, 2]),
+        phase_deg=np.where(phase > -180.0, phase, 180.0),
+        stable=np.ones(len(points), dtype=np.bool_),
+        coefficients=relative,
+        harmonics=np.full(len(points), balance.harmonics),
+        multipliers=np.array(found),
+        symmetric=False,
+        reasons=track.reasons,
+    )
+
+    def whole(point: Point) -> Whole:
+        return Whole(balance, point.x, math.exp(point.p))
+
+    pairs = [Pair(balance, a, b, whole) for a, b in pairwise(points)]
+    return _judged(branch, np.array(found)), pairs
+
+
+def _events(branch: Branch, pairs: list[Pair], number: int, folds: bool = True) -> list[Event]:
+    found: list[tuple[int, Event]] = []
+    rising = np.diff(branch.omega) > 0
+    turns = np.flatnonzero(rising[:-1] != rising[1:]) + 1
+    for k in turns if folds else ():
+        located = coupled_events.fold(pairs[k - 1], number) or coupled_events.fold(pairs[k], number)
+        if located is not None:
+            found.append((int(k), located))
+    near = {int(k) + side for k in turns for side in (-1, 0)}
+    for k in np.flatnonzero(branch.stable[:-1] != branch.stable[1:]):
+        located = None if int(k) in near else coupled_events.loss(pairs[k], number)
+        if located is not None:
+            found.append((int(k), located))
+    return [event for _, event in sorted(found, key=lambda pair: pair[0])]
+
+
+def _onsets(branch: Branch) -> list[float]:
+    """Where T of stable motion falls below 1, by interpolation."""
+    above, rising = branch.T > 1.0, np.diff(branch.omega) > 0
+    down = np.where(rising, above[:-1] & ~above[1:], ~above[:-1] & above[1:])
+    found = []
+    for k in np.flatnonzero(down & branch.stable[:-1] & branch.stable[1:]):
+        level, place = np.log(branch.T[k : k + 2]), np.log(branch.omega[k : k + 2])
+        share = level[0] / (level[0] - level[1])
+        found.append(float(np.exp(place[0] + share * (place[1] - place[0]))))
+    return found
+
+
+def _is_stable(branch: Branch, omega: float) -> bool:
+    """Is there a stable stretch of the branch with T about 1 at `omega`?"""
+    a, b = branch.omega[:-1], branch.omega[1:]
+    here = (np.minimum(a, b) <= omega) & (omega <= np.maximum(a, b))
+    crosses = (branch.T[:-1] - 1.0) * (branch.T[1:] - 1.0) <= 0
+    return bool(np.any(here & crosses & branch.stable[:-1] & branch.stable[1:]))

@@ -1,0 +1,1 @@
+"""Runs in time, many side by side, seen once a period."""

@@ -1,0 +1,143 @@
+"""Bifurcation diagrams: what runs settle into as one parameter varies, and what only seems so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.theory.motion.accuracy import FIELDS, alike, cheapest_steps, strobe_within
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.lyapunov import Exponents, exponents
+from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
+from qzs_rig.timehistory import Array
+
+KINDS = ('periodic', 'transient', 'chaotic', 'undecided', 'lost')
+
+VISIBLE = 1e-3
+"""Distance from the cycle, in L20 or rad, at which a point shows as another in a diagram."""
+
+SIGN_ERROR = 1e-6
+
+EXPONENT_PERIODS, EXPONENT_BEFORE = 1600, 200
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """`seen` at every value of the parameter, in the order of the runs.
+
+    `kind` (n,): `periodic` where the run repeated itself before the kept points began;
+    `transient` where these still show some of its transient, the first missing the cycle by
+    `stray`, though the `exponent` (n,) is negative: it is bound for a cycle; `chaotic` where the
+    exponent is positive beyond doubt; `undecided` where it is too close to zero to tell; `lost`
+    where the run left its law. Exponent and standard error are NaN where nothing is in question.
+    """
+
+    seen: Stroboscope
+    kind: NDArray[np.str_]
+    stray: Array
+    exponent: Array
+    exponent_error: Array
+
+    def count(self, kind: str) -> int:
+        """Runs of a kind."""
+        return int(np.count_nonzero(self.kind == kind))
+
+
+def from_rest(
+    lanes: Lanes,
+    error: float = 1e-6,
+    *,
+    periods: int = 500,
+    keep: int = 400,
+    early: bool = True,
+    steps: int | None = None,
+) -> Diagram:
+    """Every run from its own start; with `steps` unchecked in that many a period."""
+    how = {'periods': periods, 'keep': keep}
+    if steps is None:
+        return judged(strobe_within(lanes, error, early=early, **how))
+    return judged(strobe(lanes, steps=steps, early=early, **how))
+
+
+def carried(
+    lanes: Lanes,
+    error: float = 1e-6,
+    *,
+    periods: int = 500,
+    keep: int = 400,
+    early: bool = True,
+    steps: int | None = None,
+    progress: Callable[[int], None] = lambda done: None,
+) -> Diagram:
+    """Every run from where the one before it ended, the first from its own start: a slow sweep.
+
+    The state is not held against a finer run: `error` chooses the steps, as cheapest_steps does.
+    """
+    each = np.full(len(lanes), steps or 0)
+    if steps is None:
+        for which in alike(lanes):
+            each[which] = cheapest_steps(lanes[which], error)
+    parts: list[Stroboscope] = []
+    for k in range(len(lanes)):
+        own = lanes[k : k + 1]
+        # a run that was lost leaves nothing to go on from
+        if parts and np.isfinite(parts[-1].end).all():
+            own = own.starting(parts[-1].end[:, 0], parts[-1].end[:, 1])
+        parts.append(strobe(own, steps=int(each[k]), periods=periods, keep=keep, early=early))
+        progress(k + 1)
+    fields: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in (*FIELDS, 'steps')
+    }
+    began = lanes.starting(
+        np.concatenate([part.lanes.w for part in parts]),
+        np.concatenate([part.lanes.velocity for part in parts]),
+    )
+    return judged(replace(parts[0], lanes=began, **fields))
+
+
+def judged(seen: Stroboscope) -> Diagram:
+    """Each run's kind; an exponent, from where the run ended, settles what is in question."""
+    n = len(seen.lanes)
+    kind = np.full(n, 'periodic', dtype='<U9')
+    kind[seen.period < 0] = 'lost'
+    value, error = np.full(n, np.nan), np.full(n, np.nan)
+    stray = strayed(seen)
+    open_ = np.flatnonzero((seen.period == 0) | (stray > VISIBLE))
+    for steps in np.unique(seen.steps[open_]):
+        which = open_[seen.steps[open_] == steps]
+        own = seen.lanes[which].starting(seen.end[which, 0], seen.end[which, 1])
+        # a sign needs no finer steps than the points do
+        found = decided(own, min(int(steps), cheapest_steps(own, SIGN_ERROR)))
+        value[which], error[which] = found.value, found.error
+        kind[which] = np.select(
+            [found.chaotic, found.regular], ['chaotic', 'transient'], 'undecided'
+        )
+    return Diagram(seen, kind, stray, value, error)
+
+
+def decided(lanes: Lanes, steps: int) -> Exponents:
+    """Exponents of runs, of those too close to zero over eight times as many periods."""
+    found = exponents(lanes, steps=steps, periods=EXPONENT_PERIODS, before=EXPONENT_BEFORE)
+    open_ = np.flatnonzero(~(found.chaotic | found.regular) & np.isfinite(found.value))
+    if open_.size:
+        longer = exponents(
+            lanes[open_], steps=steps, periods=8 * EXPONENT_PERIODS, before=EXPONENT_BEFORE
+        )
+        found.value[open_], found.error[open_] = longer.value, longer.error
+    return found
+
+
+def strayed(seen: Stroboscope) -> Array:
+    """(n,) how far the first kept points lie off the cycle that the run ended in; NaN without."""
+    stray, keep = np.full(len(seen.lanes), np.nan), seen.w.shape[1]
+    for period in np.unique(seen.period[seen.period > 0]):
+        which, first = np.flatnonzero(seen.period == period), np.arange(min(period, keep))
+        last = first + (keep - 1 - first) // period * period
+        stray[which] = np.max(
+            np.abs(seen.w[np.ix_(which, first)] - seen.w[np.ix_(which, last)]), axis=1, initial=0.0
+        )
+    return stray

@@ -1,0 +1,149 @@
+"""Largest Lyapunov exponent: how fast neighbouring runs part (above 0: chaos) or meet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.errors import InputError
+from qzs_rig.mechanics import specialise
+from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.restoring.roots import reciprocal
+from qzs_rig.theory.motion import splitting
+from qzs_rig.theory.motion import strobe_kernel as strobing
+from qzs_rig.theory.motion import tangent_kernel as source
+from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.strobe_cycles import LANES
+from qzs_rig.theory.motion.strobe_engine import advance_type, advancing, spread
+from qzs_rig.theory.motion.strobe_numpy import tangent_advancing
+from qzs_rig.timehistory import Array
+
+BATCHES = 32
+"""Parts of a run whose scatter tells the standard error; each much longer than it remembers."""
+
+SURE = 4.0
+"""Standard errors from zero at which an exponent has a sign."""
+
+
+@dataclass(frozen=True)
+class Exponents:
+    """Largest exponent of n runs in units of 1/τ, that is of omega0.
+
+    `value` (n,) over `periods` periods after `before` others, `error` (n,) its standard error by
+    batch means, NaN for a run that was lost. The other exponent is -2ζ - value: the area in phase
+    space shrinks alike everywhere. `end` (n, 2) is w and w' at the end.
+    """
+
+    lanes: Lanes
+    steps: int
+    before: int
+    value: Array
+    error: Array
+    end: Array
+
+    @property
+    def chaotic(self) -> NDArray[np.bool_]:
+        """(n,) positive beyond doubt."""
+        return np.asarray(self.value > SURE * self.error)
+
+    @property
+    def regular(self) -> NDArray[np.bool_]:
+        """(n,) negative beyond doubt: the run settles into a cycle."""
+        return np.asarray(self.value < -SURE * self.error)
+
+    @property
+    def mean(self) -> tuple[float, float]:
+        """Mean over the runs with its standard error: for runs on the same attractor."""
+        good = self.value[np.isfinite(self.value)]
+        if not good.size:
+            return math.nan, math.nan
+        if good.size == 1:
+            return float(good[0]), float(self.error[np.isfinite(self.value)][0])
+        return float(good.mean()), float(good.std(ddof=1) / math.sqrt(good.size))
+
+
+def exponents(
+    lanes: Lanes,
+    *,
+    steps: int,
+    periods: int = 2000,
+    before: int = 100,
+    workers: int | None = None,
+) -> Exponents:
+    """Follow a disturbance of every run over `periods`, rescaled each period, after `before`
+    periods in which both run and disturbance forget their start."""
+    for name, value, least in (('steps', steps, 1), ('periods', periods, BATCHES)):
+        if value < least:
+            raise InputError(f'{value} {name}; an exponent needs {least} or more')
+    if before < 0:
+        raise InputError(f'{before} periods before; give 0 or more')
+    n = len(lanes)
+    growth, end = np.empty((n, periods)), np.empty((n, 2))
+    stretch = _stretching(lanes.law, lanes.number, lanes.shared)
+    schedule = splitting.kick_weights(steps), splitting.kick_cosines(steps)
+
+    def part(which: slice) -> None:
+        own = lanes[which]
+        design = tuple(own.design.tolist()) if own.shared else own.design
+        block = design if own.shared else np.ones((6, LANES))
+        moving, _, decay, reach, _, _ = strobing.workspace(steps)
+        work = moving, decay, reach, np.zeros((2, LANES))
+        with np.errstate(all='ignore'):
+            stretch(
+                work,
+                design,
+                block,
+                own.table,
+                splitting.DRIFTS,
+                *schedule,
+                before,
+                growth[which],
+                end[which],
+            )
+
+    spread(part, n, workers)
+    length = 2.0 * np.pi / lanes.omega
+    growth[~np.isfinite(growth)] = np.nan
+    value = growth.mean(axis=1) / length
+    size = periods // BATCHES
+    batches = growth[:, : size * BATCHES].reshape(n, BATCHES, size).mean(axis=2)
+    error = batches.std(axis=1, ddof=1) / math.sqrt(BATCHES) / length
+    return Exponents(lanes, steps, before, value, error, end)
+
+
+@cache
+def _stretching(law: RestoringLaw, number: int, shared: bool) -> Callable[..., None]:
+    try:
+        return partial(_stretch(shared), advancing(source.advance, law, number, shared))
+    except ImportError:
+        plain = tangent_advancing(law.around(reciprocal(np.sqrt))[number])
+        take = strobing.keep_shared if shared else strobing.take_own
+        return partial(specialise.interpreted(source.stretch, {'take': take}), plain)
+
+
+@cache
+def _stretch(shared: bool) -> Callable[..., None]:
+    from numba import float64, int64, types, void
+
+    pack: Any = types.UniTuple
+    line, grid = float64[::1], float64[:, ::1]
+    one = advance_type(shared)
+    design = one.args[0]
+    signature = void(
+        types.FunctionType(one),
+        pack(grid, 4),
+        design,
+        design,
+        *(grid, line, line, line),
+        int64,
+        *(grid, grid),
+    )
+    take = strobing.keep_shared if shared else strobing.take_own
+    parts: dict[str, Any] = {'board': strobing.board, 'take': take}
+    return specialise.compiled(source.stretch, parts, signature=signature)

@@ -1,0 +1,1 @@
+"""One branch of an oscillator traced by compiled kernels."""
