@@ -9,7 +9,7 @@ SCENARIO ?= vertical_sweep
 
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 
-.PHONY: rig test lint soak benchmarks docs-picture browser clean
+.PHONY: rig test lint soak benchmarks peers docs-picture browser clean
 
 rig: .venv
 	$(BIN)/qzs-rig rig $(SCENARIO)
@@ -42,8 +42,14 @@ soak: .venv
 	$(BIN)/python benchmarks/soak.py
 
 benchmarks: .venv
-	for file in benchmarks/plant_step.py benchmarks/geometric_step.py benchmarks/estimation.py benchmarks/bag_writing.py benchmarks/run_speed.py benchmarks/laws.py benchmarks/references.py benchmarks/campaign.py; do \
+	for file in benchmarks/plant_step.py benchmarks/geometric_step.py benchmarks/estimation.py benchmarks/bag_writing.py benchmarks/run_speed.py benchmarks/laws.py benchmarks/references.py benchmarks/bifurcation.py benchmarks/frequency_response.py benchmarks/campaign.py; do \
 	  echo "== $$file"; $(BIN)/python $$file || exit 1; done
+
+# the same beside other packages for it, which take minutes; benchmarks run without them too
+peers: .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[peers]'
+	$(BIN)/python benchmarks/bifurcation.py --campaign
+	$(BIN)/python -W ignore benchmarks/frequency_response.py
 
 # the picture in the README
 docs-picture: .venv

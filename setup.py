@@ -49,6 +49,8 @@ setup(
         'fast': ['numba>=0.59,<1'],
         'picture': ['matplotlib>=3.7,<4'],
         'campaign': ['dask>=2024.1,<2028', 'distributed>=2024.1,<2028', 'pyarrow>=15,<30'],
+        # what benchmarks hold the theory against
+        'peers': ['heyoka>=7,<8', 'harmonicbalance>=0.2,<0.3', 'mousai>=0.3,<0.4'],
         'test': [
             'hypothesis>=6.90,<7',
             'mypy>=1.8,<3',
