@@ -37,8 +37,8 @@ from qzs_rig.errors import RigError
 
 COMMANDS = (
     *(rig, run, analyze, replay, compare, bag),
-    *(statics, modes, springs, design, claims, figures, scenarios),
     *(frf, bifurcation, poincare, lyapunov, basin, identify, campaign),
+    *(statics, modes, springs, design, claims, figures, scenarios),
 )
 
 EPILOG = """\
@@ -46,6 +46,8 @@ start here:
   qzs-rig rig                         the paper's platform swept through its jump, real ROS 2 nodes
   qzs-rig run --set platform.zeta=0.1 the same in this process, with more damping
   qzs-rig compare runs/A runs/B       two runs over theory, in one page
+  qzs-rig frf --amplitude 0.1         every branch of the response, where it jumps, what is stable
+  qzs-rig identify runs/A             damping, stiffness and payload back from a measured curve
   qzs-rig scenarios --parameters      everything that --set knows
 
 exit codes: 0 ok, 1 aborted or a finding, 2 bad input, 3 samples were lost
