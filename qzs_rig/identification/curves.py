@@ -22,8 +22,8 @@ def measured(estimate: Estimate, spec: RunSpec) -> list[Points]:
     """The usable points of every curve.
 
     Of a sweep the transition at a jump and the free vibration after it are left out, and of the
-    rest only windows are kept that share no sample: the others would repeat their noise. An
-    estimate carries no uncertainty for its points.
+    rest only windows are kept that share no sample: the others would repeat their noise. The
+    uncertainty of an estimate counts smoothing within a window, which is no noise: left out.
     """
     told = estimate.quality.get('settings', {})
     apart = math.ceil(told.get('periods', WINDOW) / told.get('hop_periods', WINDOW))
