@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -76,6 +77,8 @@ def connected(address: str) -> Any:
         raise InputError(
             "--scheduler needs dask.distributed: pip install 'qzs_rig[campaign]'"
         ) from error
+    if not re.fullmatch(r'\w+://\S+:\d+', address):
+        raise InputError(f'--scheduler {address!r} is no address; write tcp://HOST:8786')
     try:
         client = Client(address, timeout=WAIT, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:

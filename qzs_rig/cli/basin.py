@@ -14,16 +14,18 @@ from qzs_rig.cli.progress import bar
 from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table, number
 from qzs_rig.drawing.motions import HUES, Field, Scene, Wave, drawn
-from qzs_rig.errors import RigError
+from qzs_rig.errors import InputError, RigError
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, basin
 from qzs_rig.theory.motion.jump_margin import JumpMargin, jump_margin
 from qzs_rig.theory.oscillator import Oscillator
+
+NO_OTHER = 'no kick or rise leads to a motion whose T differs by more than 5 %'
 
 EPILOG = """\
 examples:
   qzs-rig basin --dof vertical --zeta 0.02 --omega 0.305 --out basin
   qzs-rig basin --law taylor --zeta 0.07 --omega 0.4 --w -2:2 --velocity -2:2
-  qzs-rig basin --law taylor --zeta 0.07 --margin 0.22:0.45 --points 24
+  qzs-rig basin --zeta 0.07 --amplitude 0.1667 --margin 0.72:1.05 --points 12
 """
 
 
@@ -102,10 +104,15 @@ def _document(found: Basin, oscillator: Oscillator) -> dict[str, Any]:
         'w': found.w.tolist(),
         'velocity': found.velocity.tolist(),
         'which': found.which.tolist(),
-        'attractors': [vars(each) for each in found.attractors],
+        'attractors': [_finite(vars(each)) for each in found.attractors],
         'lost_share': float(np.mean(found.which == LOST)),
         'unsettled_share': float(np.mean(found.which == UNSETTLED)),
     }
+
+
+def _finite(values: dict[str, Any]) -> dict[str, Any]:
+    """null for the T of a base at rest."""
+    return {k: v if np.isfinite(v) else None for k, v in values.items()}
 
 
 def _table(found: Basin, dof: str) -> Table:
@@ -158,9 +165,19 @@ def _drawn(found: Basin, dof: str, kind: str) -> bytes:
 
 
 def _margin(options: argparse.Namespace, oscillator: Oscillator) -> int:
+    if options.omega is not None or options.frequency is not None:
+        raise InputError('--margin names the frequencies; leave out --omega and --frequency')
     low, high = oscillating.pair(options.margin, '--margin')
+    for word, value, least in (
+        ('--margin', low, 0.0),
+        ('--kick', options.kick, 0.0),
+        ('--rise', options.rise, 1.0),
+    ):
+        if not least < value < np.inf:
+            raise InputError(f'{word} {value:g}: give a number above {least:g}')
     omegas = np.linspace(low, high, oscillating.at_least(options.points, 2, '--points'))
     found: list[JumpMargin | None] = []
+    reasons: list[str] = []
     with bar(float(len(omegas)), 'frequencies', 'jump margin') as progress:
         for omega in omegas.tolist():
             try:
@@ -173,8 +190,10 @@ def _margin(options: argparse.Namespace, oscillator: Oscillator) -> int:
                         periods=options.periods,
                     )
                 )
-            except RigError:
+                reasons.append('' if found[-1] and found[-1].other else NO_OTHER)
+            except RigError as error:
                 found.append(None)
+                reasons.append(str(error))
             progress.update(1)
     columns = {
         'omega': omegas,
@@ -186,12 +205,16 @@ def _margin(options: argparse.Namespace, oscillator: Oscillator) -> int:
     }
     document: dict[str, Any] = {'dof': oscillator.dof, 'law': oscillator.law.name}
     document |= {name: oscillating.numbers(column) for name, column in columns.items()}
+    document['reason'] = reasons
     rows = tuple(
         tuple(number(float(value), '.4f') for value in row)
         for row in zip(*columns.values(), strict=True)
     )
     caption = 'Smallest kick of dw/dtau and smallest level factor that make the run from rest jump'
     text = Table(caption, tuple(columns), rows, labels=0).to_text()
+    for omega, reason in zip(omegas.tolist(), reasons, strict=True):
+        if reason:
+            text += f'\n\nomega {omega:.4g}: {reason}'
     if options.out is not None:
         things = (Wave('kick', omegas, columns['kick'], HUES[0]),)
         rises = (Wave('level factor', omegas, columns['rise'], HUES[1]),)

@@ -108,6 +108,8 @@ def add_to(verbs: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Run, draw, print."""
+    if getattr(options, options.vary, None) is not None:
+        raise InputError(f'--vary {options.vary} and --{options.vary} both name it; keep one')
     spec = oscillating.spec_of(options)
     words = options.range or RANGES.get(options.vary)
     if words is None:
@@ -121,7 +123,9 @@ def execute(options: argparse.Namespace) -> int:
         'keep': options.keep,
         'diagrams': [_document(part, options.keep) for part in parts],
     }
-    text = '\n\n'.join([_table(options.vary, parts).to_text(), *_words(options.vary, parts)])
+    text = '\n\n'.join(
+        [_table(options.vary, parts).to_text(), *_words(options.vary, parts, options.error)]
+    )
     if options.out is not None:
         written = _written(options.out, options.vary, parts)
         document['files'] = [str(path) for path in written]
@@ -203,11 +207,20 @@ def _table(name: str, parts: list[Part]) -> Table:
     return Table(f'Runs over {name}', header, tuple(rows), labels=3)
 
 
-def _words(name: str, parts: list[Part]) -> list[str]:
+def _words(name: str, parts: list[Part], wanted: float) -> list[str]:
     said = []
     for part in parts:
         diagram = part.diagram
-        late = diagram.kind == 'transient'
+        late = (diagram.kind == 'transient') & (diagram.seen.period > 0)
+        if late.any():
+            left_out = diagram.seen.periods - diagram.seen.w.shape[1]
+            said.append(
+                f'{dof_name(part.dof)}, {part.way}: settled, but only after up to '
+                f'{int(diagram.seen.settled[late].max())} periods, later than the {left_out} left '
+                f'out, at {int(late.sum())} of {len(late)} points ({name} '
+                f'{_span(part.values[late])})'
+            )
+        late = (diagram.kind == 'transient') & (diagram.seen.period == 0)
         if late.any():
             said.append(
                 f'{dof_name(part.dof)}, {part.way}: transient, not chaos, at {int(late.sum())} of '
@@ -217,10 +230,15 @@ def _words(name: str, parts: list[Part]) -> list[str]:
             )
         error = diagram.seen.error
         if np.isfinite(error).any():
-            over = int(np.count_nonzero(error > 1e-6))
+            over = int(np.count_nonzero(error > wanted))
             said.append(
                 f'{dof_name(part.dof)}, {part.way}: error of w by finer steps up to '
-                f'{np.nanmax(error):.1e}' + (f', above 1e-6 at {over} points' if over else '')
+                f'{np.nanmax(error):.1e}'
+                + (
+                    f', above {wanted:g} at {over} points: chaos, or the border of two motions'
+                    if over
+                    else ''
+                )
             )
     return said
 

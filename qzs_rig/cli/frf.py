@@ -106,8 +106,10 @@ def execute(options: argparse.Namespace) -> int:
     spec = spec_of(options)
     oscillator = oscillator_of(options, spec)
     low, high = omega_range(options.omega)
-    if options.harmonics is not None and options.harmonics < 1:
-        raise InputError(f'--harmonics {options.harmonics}: give 1 or more, or leave it out')
+    if options.harmonics is not None and not 1 <= options.harmonics <= 512:
+        raise InputError(f'--harmonics {options.harmonics}: give 1 to 512, or leave it out')
+    if options.single_term and options.harmonics is not None:
+        raise InputError('--single-term has one harmonic; leave out --harmonics')
     if options.single_term:
         answer = frf_told.all_branches(
             single_term_response(oscillator, low, high), 'single term, Eq (29)'

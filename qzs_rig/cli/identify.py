@@ -128,7 +128,9 @@ def _written(folder: Path, found: Identified, document: dict[str, Any]) -> list[
 
 def _paper(options: argparse.Namespace) -> int:
     if options.source is not None or options.dof or options.out is not None:
-        raise InputError('--paper takes four frequencies and nothing else; leave out the rest')
+        raise InputError(
+            '--paper takes no measurement, --dof or --out, only --fit and --set; leave them out'
+        )
     names = tuple(options.fit.split(',')) if options.fit else jumps.PAPER_UNKNOWNS
     spec = jumps.paper_spec(scenario.assigned(options.assignments))
     found = jumps.fixed_by(spec, jumps.PAPER, names)

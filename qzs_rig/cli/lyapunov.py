@@ -10,11 +10,11 @@ import numpy as np
 from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating, results
 from qzs_rig.compare.names import dof_name
-from qzs_rig.compare.tables import Table
+from qzs_rig.compare.tables import Table, number
 from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
 from qzs_rig.theory.motion.accuracy import cheapest_steps
 from qzs_rig.theory.motion.lanes import Lanes
-from qzs_rig.theory.motion.lyapunov import BATCHES, SURE, Exponents, exponents
+from qzs_rig.theory.motion.lyapunov import BATCHES, ENOUGH, SURE, Exponents, exponents
 
 HUE = '#0b62a4'
 
@@ -63,11 +63,15 @@ def execute(options: argparse.Namespace) -> int:
     oscillator = oscillating.oscillator_of(options, spec, dof)
     omega = oscillating.omega_of(options, spec, dof)
     starts = oscillating.at_least(options.starts, 1, '--starts')
-    start = np.random.default_rng(options.seed).uniform(-1.0, 1.0, (2, starts)) * options.reach
+    seed = oscillating.at_least(options.seed, 0, '--seed')
+    start = np.random.default_rng(seed).uniform(-1.0, 1.0, (2, starts)) * options.reach
     start[:, 0] = 0.0
     reach = min(1.0, 0.5 * oscillator.domain)
     lanes = Lanes.of(oscillator, omega, w=start[0] * reach, velocity=start[1])
-    steps = options.steps or cheapest_steps(lanes, 1e-6)
+    if options.steps is None:
+        steps = cheapest_steps(lanes, 1e-6)
+    else:
+        steps = oscillating.at_least(options.steps, 1, '--steps')
     periods = oscillating.at_least(options.periods, BATCHES, '--periods')
     found = exponents(lanes, steps=steps, periods=periods, before=options.before)
     mean, error = found.mean
@@ -104,6 +108,11 @@ def execute(options: argparse.Namespace) -> int:
 def verdict(found: Exponents) -> str:
     """One line: chaos, cycles, both, or what cannot be told."""
     n = len(found.value)
+    if not found.enough.all():
+        return (
+            f'the runs are too short to tell: they last {found.span:.2g} decay times 1/zeta, and '
+            f'a sign takes {ENOUGH:g}; raise --periods'
+        )
     chaotic, regular = int(found.chaotic.sum()), int(found.regular.sum())
     lost = int(np.count_nonzero(~np.isfinite(found.value)))
     parts = [
@@ -119,13 +128,17 @@ def verdict(found: Exponents) -> str:
     return '; '.join(parts)
 
 
+def _extreme(fold: Any, found: Exponents) -> float:
+    return float(fold.reduce(found.value))
+
+
 def _table(found: Exponents, dof: str) -> Table:
     mean, error = found.mean
     rows = [
-        ('from rest', f'{found.value[0]:.5f}', f'{found.error[0]:.1e}'),
-        ('mean of all runs', f'{mean:.5f}', f'{error:.1e}'),
-        ('smallest', f'{np.nanmin(found.value):.5f}', ''),
-        ('largest', f'{np.nanmax(found.value):.5f}', ''),
+        ('from rest', number(float(found.value[0]), '.5f'), number(float(found.error[0]), '.1e')),
+        ('mean of all runs', number(mean, '.5f'), number(error, '.1e')),
+        ('smallest', number(_extreme(np.fmin, found), '.5f'), ''),
+        ('largest', number(_extreme(np.fmax, found), '.5f'), ''),
         ('sum of both, -2 zeta', f'{-2.0 * found.lanes.zeta[0]:.5f}', ''),
     ]
     omega, runs = found.lanes.omega[0], len(found.value)

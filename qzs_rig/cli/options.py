@@ -49,12 +49,16 @@ def as_json(command: argparse.ArgumentParser) -> None:
     )
 
 
+SIGNED = ('--at', '--w', '--velocity', '--range', '--omega', '--margin')
+"""Options whose values may begin with a minus."""
+
+
 def joined(arguments: Sequence[str]) -> list[str]:
     """`--at -0.1,0.2` as `--at=-0.1,0.2`: argparse would take the minus for an option."""
     words: list[str] = []
     for word in arguments:
-        if words and words[-1] == '--at':
-            words[-1] = f'--at={word}'
+        if words and words[-1] in SIGNED:
+            words[-1] += f'={word}'
         else:
             words.append(word)
     return words

@@ -20,7 +20,10 @@ from qzs_rig.identification.response import Response, followed
 from qzs_rig.identification.start import idle
 from qzs_rig.identification.unknowns import TRIM, Unknown, Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
+from qzs_rig.timehistory import Array
 
+WIDE = 4.0
+"""Half an interval over the standard error that a parameter is still worth (see Unknown.scale)."""
 MOST_HARMONICS = 31
 TRUNCATION = 0.3
 """Of the noise: what leaving out higher harmonics may change at any point."""
@@ -84,7 +87,7 @@ def identify(spec: RunSpec, parts: Sequence[Points], names: Sequence[str]) -> Id
         )
     known = covariance(best)
     rivals = tuple(other for other in found[1:] if _rivals(best, other))
-    limits = _hull(intervals(best, known), rivals)
+    limits = _hull(intervals(best, known), rivals, best.unknowns.scale)
     return Identified(
         best, known, limits, rivals, harmonics, _cautions(best, known, rivals, limits)
     )
@@ -121,14 +124,20 @@ def _rivals(best: Fit, other: Fit) -> bool:
     return cost(other, best) - cost(best, best) < chi_square(RULED_OUT, 1)
 
 
-def _hull(limits: tuple[Interval, ...], rivals: tuple[Fit, ...]) -> tuple[Interval, ...]:
-    """The intervals, stretched over what other solutions need."""
+def _hull(
+    limits: tuple[Interval, ...], rivals: tuple[Fit, ...], scale: Array
+) -> tuple[Interval, ...]:
+    """The intervals, stretched over what other solutions need; one of more than WIDE `scale`s to
+    either side determines nothing."""
     stretched = list(limits)
     for other in rivals:
         for k, own in enumerate(intervals(other, covariance(other))):
             low, high = min(stretched[k].low, own.low), max(stretched[k].high, own.high)
             stretched[k] = replace(stretched[k], low=low, high=high, method='all solutions')
-    return tuple(stretched)
+    return tuple(
+        replace(own, determined=own.determined and own.high - own.low <= 2.0 * WIDE * worth)
+        for own, worth in zip(stretched, scale.tolist(), strict=True)
+    )
 
 
 def _cautions(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from qzs_rig.compare.page import page
@@ -33,4 +34,6 @@ def computed(folder: Path, sheets: Sequence[Sheet]) -> list[Path]:
     body = [header(sheets[0].title, [], [], []), *(section(sheet) for sheet in sheets)]
     paths = [folder / f'{name}.html']
     write_new(paths[0], page(sheets[0].title, ''.join(body)).encode())
-    return paths + pictures(folder, sheets)
+    with suppress(ImportError):  # matplotlib is optional: the page needs none
+        paths += pictures(folder, sheets)
+    return paths

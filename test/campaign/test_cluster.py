@@ -130,3 +130,8 @@ def test_a_chunk_that_kills_its_workers_is_said(monkeypatch):
     monkeypatch.setattr(clusters, 'connected', lambda address: Killing({}))
     with pytest.raises(PeerError, match=r'killed its worker .* campaign: chunk a smaller number'):
         list(Cluster('tcp://s').results(statics(), [0]))
+
+
+def test_an_address_without_a_port_is_refused_at_once():
+    with pytest.raises(InputError, match=r"'bogus' is no address; write tcp://HOST:8786"):
+        clusters.connected('bogus')

@@ -83,7 +83,7 @@ def test_the_table_names_everything(said, curve):
         (('nowhere.csv',), 'cannot be read as CSV'),
         (('nowhere',), 'nowhere'),
         (('runs/A', '--scenario', 'vertical_sweep'), '--scenario is for a CSV'),
-        (('x.csv', '--paper'), '--paper takes four frequencies'),
+        (('x.csv', '--paper'), '--paper takes no measurement'),
     ],
 )
 def test_refusals(said, words, wanted):

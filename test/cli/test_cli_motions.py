@@ -190,3 +190,52 @@ def test_an_unknown_motion_is_refused(told):
         code, _, err = told(command, '--dof', 'sideways')
         assert code == 2
         assert "unknown degree of freedom 'sideways'" in err
+
+
+def test_a_run_too_short_for_its_damping_is_not_called_chaotic(told):
+    """Nearly linear at Omega 1e6: the disturbance has no time to die in 2000 periods."""
+    code, out, _ = told('lyapunov', '--omega', '1e6', '--starts', '2', '--json')
+    assert code == 0
+    assert json.loads(out)['verdict'].startswith('the runs are too short to tell')
+
+
+def test_the_finest_error_gives_no_false_periods(told):
+    words = ('--dof', 'vertical', '--law', 'closed_form', '--points', '3', '--error', '1e-12')
+    (diagram,) = json.loads(told('bifurcation', *words, '--json')[1])['diagrams']
+    assert diagram['period'] == [1, 1, 1]
+
+
+def test_a_base_at_rest_has_no_transmissibility(told):
+    code, out, err = told('basin', '--amplitude', '0', '--grid', '4', '--omega', '0.3', '--json')
+    assert (code, err) == (0, '')
+    assert {each['T'] for each in json.loads(out)['attractors']} == {None}
+
+
+def test_a_margin_that_is_none_says_so(told):
+    words = ('basin', '--zeta', '0.2', '--amplitude', '0.05', '--margin', '1.5:1.6')
+    code, out, _ = told(*words, '--points', '2', '--json')
+    document = json.loads(out)
+    assert code == 0
+    assert document['kick'] == [None, None]
+    assert all('T differs by more than 5 %' in reason for reason in document['reason'])
+
+
+@pytest.mark.parametrize(
+    ('words', 'message'),
+    [
+        (('basin', '--margin', '0.2:0.4', '--kick', '-1'), '--kick -1: give a number above 0'),
+        (('basin', '--margin', '0.2:0.4', '--rise', '1'), '--rise 1: give a number above 1'),
+        (('basin', '--margin', '0.2:0.4', '--omega', '0.3'), 'leave out --omega'),
+        (('lyapunov', '--seed', '-1'), '--seed -1: give 0 or more'),
+        (('lyapunov', '--steps', '0'), '--steps 0: give 1 or more'),
+        (('bifurcation', '--error', '1e-15'), 'error 1e-15; give what w may be off'),
+        (('bifurcation', '--zeta', '0.1'), '--vary zeta and --zeta both name it'),
+        (('frf', '--harmonics', '100000'), '--harmonics 100000: give 1 to 512'),
+        (('frf', '--omega', '-1:2'), 'the range must rise from above 0'),
+        (('frf', '--single-term', '--harmonics', '5'), '--single-term has one harmonic'),
+    ],
+)
+def test_what_else_is_refused(told, words, message):
+    code, out, err = told(*words)
+    assert (code, out) == (2, '')
+    assert message in err

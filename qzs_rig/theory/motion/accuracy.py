@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 from qzs_rig.errors import InputError
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.splitting import ORDER
+from qzs_rig.theory.motion.strobe_cycles import ROUNDING
 from qzs_rig.theory.motion.stroboscope import RETURN, Stroboscope, strobe
 from qzs_rig.timehistory import Array
 
 LADDER = tuple(round(4.5 * 2.0 ** (k / 4.0)) for k in range(2, 29))
 """Steps a period that are tried."""
+
+FINEST = 1e-12
+"""Smallest error of w that can be asked for: sums of numbers of order 1 round off below."""
 
 COARSER = 0.78
 """Steps of the run that checks, over those of the run that counts."""
@@ -42,10 +46,12 @@ def strobe_within(
     are done again with twice the steps as long as that helps. `Stroboscope.error` is what remains
     in the kept points, or in the end state and fundamental with `keep` = 0.
     """
-    if not error > 0.0:
-        raise InputError(f'error {error:g}; give what w may be off, for instance 1e-6')
+    if not error >= FINEST:
+        raise InputError(
+            f'error {error:g}; give what w may be off, {FINEST:g} or more, for instance 1e-6'
+        )
     how: dict[str, Any] = {'periods': periods, 'keep': keep, 'early': early, 'workers': workers}
-    how['tolerance'] = min(RETURN, 0.1 * error)
+    how['tolerance'] = max(ROUNDING, min(RETURN, 0.1 * error))
     whole: Stroboscope | None = None
     for which in alike(lanes):
         some = _checked(lanes[which], error, how)

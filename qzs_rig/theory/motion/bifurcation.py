@@ -128,6 +128,7 @@ def decided(lanes: Lanes, steps: int) -> Exponents:
             lanes[open_], steps=steps, periods=8 * EXPONENT_PERIODS, before=EXPONENT_BEFORE
         )
         found.value[open_], found.error[open_] = longer.value, longer.error
+        found.enough[open_] = longer.enough
     return found
 
 

@@ -27,6 +27,13 @@ from qzs_rig.timehistory import Array
 BATCHES = 32
 """Parts of a run whose scatter tells the standard error; each much longer than it remembers."""
 
+ENOUGH = 5.0
+"""Decay times 1/ζ that a run has to last before its exponent is given a sign: a disturbance may
+grow for a while in any motion."""
+
+UNDAMPED = 1000.0
+"""τ that a run has to last instead where nothing decays."""
+
 SURE = 4.0
 """Standard errors from zero at which an exponent has a sign."""
 
@@ -37,25 +44,33 @@ class Exponents:
 
     `value` (n,) over `periods` periods after `before` others, `error` (n,) its standard error by
     batch means, NaN for a run that was lost. The other exponent is -2ζ - value: the area in phase
-    space shrinks alike everywhere. `end` (n, 2) is w and w' at the end.
+    space shrinks alike everywhere. `end` (n, 2) is w and w' at the end. `enough` (n,): the run was
+    long enough to tell a sign.
     """
 
     lanes: Lanes
     steps: int
+    periods: int
     before: int
     value: Array
     error: Array
     end: Array
+    enough: NDArray[np.bool_]
+
+    @property
+    def span(self) -> float:
+        """Decay times 1/ζ that the shortest run lasted."""
+        return float(np.min(self.lanes.zeta * 2.0 * np.pi / self.lanes.omega) * self.periods)
 
     @property
     def chaotic(self) -> NDArray[np.bool_]:
         """(n,) positive beyond doubt."""
-        return np.asarray(self.value > SURE * self.error)
+        return np.asarray(self.enough & (self.value > SURE * self.error))
 
     @property
     def regular(self) -> NDArray[np.bool_]:
         """(n,) negative beyond doubt: the run settles into a cycle."""
-        return np.asarray(self.value < -SURE * self.error)
+        return np.asarray(self.enough & (self.value < -SURE * self.error))
 
     @property
     def mean(self) -> tuple[float, float]:
@@ -114,7 +129,9 @@ def exponents(
     size = periods // BATCHES
     batches = growth[:, : size * BATCHES].reshape(n, BATCHES, size).mean(axis=2)
     error = batches.std(axis=1, ddof=1) / math.sqrt(BATCHES) / length
-    return Exponents(lanes, steps, before, value, error, end)
+    span = length * periods
+    enough = (lanes.zeta * span >= ENOUGH) | ((lanes.zeta == 0.0) & (span >= UNDAMPED))
+    return Exponents(lanes, steps, periods, before, value, error, end, enough)
 
 
 @cache

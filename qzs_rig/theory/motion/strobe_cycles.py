@@ -54,14 +54,14 @@ def returned(
     lag = period * max(1, 8 // period)
     if age <= lag + period:
         return np.inf
-    near = apart(past, lane, slot, slot - period, scale)
-    if near <= ROUNDING:
-        return 0.0
     for part in range(1, period):
         if period % part == 0 and apart(past, lane, slot, slot - part, scale) <= (
             DISTINCT * tolerance
         ):
             return np.inf
+    near = apart(past, lane, slot, slot - period, scale)
+    if near <= ROUNDING:
+        return 0.0
     far = apart(past, lane, slot - lag, slot - lag - period, scale)
     return near * (lag // period) / (1.0 - near / far) if near < far else np.inf
 

@@ -52,8 +52,11 @@ class Stroboscope:
 
     @property
     def transmissibility(self) -> NDArray[np.complex128]:
-        """(n,) u/v of the fundamentals; its angle is the phase of the top against the base."""
-        return np.asarray(1.0 + self.fundamental / self.lanes.base)
+        """(n,) u/v of the fundamentals; its angle is the phase of the top against the base. NaN
+        where the base is at rest."""
+        base = np.where(self.lanes.base > 0.0, self.lanes.base, np.nan)
+        with np.errstate(invalid='ignore'):
+            return np.asarray(1.0 + self.fundamental / base)
 
     @property
     def largest(self) -> Array:
