@@ -77,7 +77,7 @@ def connected(address: str) -> Any:
         raise InputError(
             "--scheduler needs dask.distributed: pip install 'qzs_rig[campaign]'"
         ) from error
-    if not re.fullmatch(r'\w+://\S+:\d+', address):
+    if not re.fullmatch(r'\w+://\S+', address):
         raise InputError(f'--scheduler {address!r} is no address; write tcp://HOST:8786')
     try:
         client = Client(address, timeout=WAIT, set_as_default=False)

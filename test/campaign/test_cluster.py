@@ -132,6 +132,6 @@ def test_a_chunk_that_kills_its_workers_is_said(monkeypatch):
         list(Cluster('tcp://s').results(statics(), [0]))
 
 
-def test_an_address_without_a_port_is_refused_at_once():
+def test_a_word_that_is_no_address_is_refused_at_once():
     with pytest.raises(InputError, match=r"'bogus' is no address; write tcp://HOST:8786"):
         clusters.connected('bogus')

@@ -155,7 +155,7 @@ def test_the_coupled_platform(told):
         (('--omega', '2:1'), 'must rise from above 0'),
         (('--amplitude', '0'), 'needs a base that moves'),
         (('--zeta', '-1'), 'platform.zeta'),
-        (('--harmonics', '0'), '--harmonics 0: give 1 or more'),
+        (('--harmonics', '0'), '--harmonics 0: give 1 to 512'),
         (('--single-term', '--set', 'platform.payload_trim=1'), 'knows no load'),
         (('--jump-map', 'zeta', '--zeta', '0', '--single-term'), 'give a value above 0'),
     ],
