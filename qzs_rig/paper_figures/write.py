@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 from qzs_rig.compare.page import page
@@ -22,9 +22,10 @@ def measured(folder: Path, figure: Measured) -> list[Path]:
     paths = [folder / f'{figure.name}.html']
     facts = [('shows', figure.caption)]
     write_report(paths[0], figure.title, figure.estimates, theory=figure.theory, facts=facts)
-    for kind in ('svg', 'png'):
-        paths.append(folder / f'{figure.name}.{kind}')
-        write_picture(paths[-1], figure.estimates, theory=figure.theory, title=figure.title)
+    if find_spec('matplotlib'):
+        for kind in ('svg', 'png'):
+            paths.append(folder / f'{figure.name}.{kind}')
+            write_picture(paths[-1], figure.estimates, theory=figure.theory, title=figure.title)
     return paths
 
 
@@ -34,6 +35,4 @@ def computed(folder: Path, sheets: Sequence[Sheet]) -> list[Path]:
     body = [header(sheets[0].title, [], [], []), *(section(sheet) for sheet in sheets)]
     paths = [folder / f'{name}.html']
     write_new(paths[0], page(sheets[0].title, ''.join(body)).encode())
-    with suppress(ImportError):  # matplotlib is optional: the page needs none
-        paths += pictures(folder, sheets)
-    return paths
+    return paths + (pictures(folder, sheets) if find_spec('matplotlib') else [])
