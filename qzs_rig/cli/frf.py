@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Callable
 from typing import Any
 
-from qzs_rig import scenario
-from qzs_rig.cli import frf_curves, frf_told
+from qzs_rig.cli import frf_curves, frf_told, oscillating
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.geometric.geometry import Geometry
-from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import RunSpec
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.coupled.response import coupled_response
 from qzs_rig.theory.oscillator import Oscillator
 
-HELD = ('displacement', 'velocity', 'acceleration')
-PAPER_AMPLITUDE = 0.1
-"""Base amplitude of Table 1 in m."""
-PAPER_ROTATION = math.radians(5.0)
-"""Base amplitude of Figures 13 to 18 in rad."""
+TABLE_1_AMPLITUDE = 0.1
+"""H in m."""
 
 EPILOG = """\
 examples:
@@ -49,30 +43,9 @@ def add_to(verbs: Any) -> None:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    command.add_argument(
-        '--law', help=f'restoring law: {", ".join(RESTORING)} (default: platform.law)'
-    )
-    command.add_argument(
-        '--dof', default=DOFS[0], help=f'degree of freedom: {", ".join(DOFS)} (default: {DOFS[0]})'
-    )
-    command.add_argument(
-        '--zeta', type=float, metavar='Z', help="damping ratio (default: the platform's)"
-    )
-    command.add_argument(
-        '--amplitude',
-        type=float,
-        metavar='H',
-        help='base amplitude over L20, or in rad (default: 0.1 m as in Table 1, or 5 degrees)',
-    )
+    oscillating.motion(command, DOFS[0], '0.1 m as in Table 1')
     command.add_argument(
         '--omega', default='0.02:3', metavar='LO:HI', help='frequency range (default: 0.02:3)'
-    )
-    command.add_argument(
-        '--held',
-        default=HELD[0],
-        choices=HELD,
-        help='quantity of the base whose amplitude is the same at all frequencies; --amplitude is '
-        'the one at omega = 1 (default: displacement)',
     )
     command.add_argument(
         '--harmonics', type=int, metavar='N', help='keep to N (default: as many as it takes)'
@@ -175,36 +148,28 @@ def coupled(spec: RunSpec) -> bool:
 
 def spec_of(options: argparse.Namespace) -> RunSpec:
     """The platform that --law, --zeta and --set describe."""
-    spec = scenario.of(scenario.assigned(options.assignments))
-    if options.law is not None:
-        if options.law not in RESTORING:
-            raise InputError(f'unknown law {options.law!r}; known: {", ".join(RESTORING)}')
-        spec = spec.override({'platform.law': options.law})
+    spec = oscillating.spec_of(options)
     return spec if options.zeta is None else spec.override({'platform.zeta': options.zeta})
 
 
 def oscillator_of(options: argparse.Namespace, spec: RunSpec) -> Oscillator:
     """The oscillator that --dof, --amplitude and --held make of a platform."""
-    if options.dof not in DOFS:
-        raise InputError(f'unknown degree of freedom {options.dof!r}; known: {", ".join(DOFS)}')
+    (dof,) = oscillating.dofs_of(options)
     amplitude = options.amplitude
     if amplitude is None:
-        amplitude = _paper_amplitude(spec, options.dof)
-    return Oscillator.of(spec, options.dof, amplitude, HELD.index(options.held))
+        amplitude = _paper_amplitude(spec, dof)
+    return Oscillator.of(spec, dof, amplitude, oscillating.HELD.index(options.held))
 
 
 def omega_range(text: str) -> tuple[float, float]:
     """LO:HI."""
-    try:
-        low, high = (float(word) for word in text.split(':'))
-    except ValueError:
-        raise InputError(f'--omega {text!r}: write LO:HI, for instance 0.02:3') from None
-    if not 0.0 < low < high < math.inf:
+    low, high = oscillating.pair(text, '--omega')
+    if not low > 0.0:
         raise InputError(f'--omega {text!r}: the range must rise from above 0')
     return low, high
 
 
 def _paper_amplitude(spec: RunSpec, dof: str) -> float:
     if dof in TRANSLATIONS:
-        return PAPER_AMPLITUDE / spec.number('platform.L20')
-    return PAPER_ROTATION
+        return TABLE_1_AMPLITUDE / spec.number('platform.L20')
+    return oscillating.PAPER_ROTATION

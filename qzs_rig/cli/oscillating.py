@@ -25,8 +25,8 @@ PAPER_FREQUENCY = 6.28
 """Excitation frequency of Figures 13 to 18 in rad/s."""
 
 
-def add(command: argparse.ArgumentParser, files: str, dof: str | None = DOFS[0]) -> None:
-    """--law, --dof, --zeta, --amplitude, --omega, --frequency, --held, --set, --out, --json."""
+def motion(command: argparse.ArgumentParser, dof: str | None, amplitude: str) -> None:
+    """--law, --dof, --zeta, --amplitude, --held; defaults as told."""
     command.add_argument(
         '--law', help=f'restoring law: {", ".join(RESTORING)} (default: platform.law)'
     )
@@ -42,8 +42,20 @@ def add(command: argparse.ArgumentParser, files: str, dof: str | None = DOFS[0])
         '--amplitude',
         type=float,
         metavar='H',
-        help='base amplitude over L20, or in rad (default: 0.6, or 5 degrees, as in the paper)',
+        help=f'base amplitude over L20, or in rad (default: {amplitude}, or 5 degrees)',
     )
+    command.add_argument(
+        '--held',
+        default=HELD[0],
+        choices=HELD,
+        help='quantity of the base whose amplitude is the same at all frequencies; --amplitude is '
+        'the one at Omega = 1 (default: displacement)',
+    )
+
+
+def add(command: argparse.ArgumentParser, files: str, dof: str | None = DOFS[0]) -> None:
+    """`motion` with one frequency: --omega, --frequency; --set, --out, --json."""
+    motion(command, dof, '0.6 as in the paper')
     command.add_argument(
         '--frequency',
         type=float,
@@ -55,13 +67,6 @@ def add(command: argparse.ArgumentParser, files: str, dof: str | None = DOFS[0])
         type=float,
         metavar='O',
         help='excitation frequency over omega0 of the degree of freedom, instead of --frequency',
-    )
-    command.add_argument(
-        '--held',
-        default=HELD[0],
-        choices=HELD,
-        help='quantity of the base whose amplitude is the same at all frequencies; --amplitude is '
-        'the one at Omega = 1 (default: displacement)',
     )
     shared.assignments(command)
     shared.out(command, files)

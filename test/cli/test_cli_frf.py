@@ -97,7 +97,6 @@ def test_too_few_harmonics_are_said(told):
 
 
 def test_backbone_and_jump_map(told, tmp_path):
-    pytest.importorskip('matplotlib')
     words = ('--law', 'taylor', '--zeta', '0.1', '--amplitude', '0.05', '--omega', '0.2:1')
     _, out, _ = told(
         *(*words, '--backbone', '--jump-map', 'zeta', '--out', str(tmp_path / 'new'), '--json')
@@ -152,7 +151,7 @@ def test_the_coupled_platform(told):
         (('--law', 'cubic'), "unknown law 'cubic'; known: corrected"),
         (('--dof', 'z'), "unknown degree of freedom 'z'; known: vertical"),
         (('--omega', '1'), 'write LO:HI'),
-        (('--omega', '2:1'), 'must rise from above 0'),
+        (('--omega', '2:1'), 'the first must be below the second'),
         (('--amplitude', '0'), 'needs a base that moves'),
         (('--zeta', '-1'), 'platform.zeta'),
         (('--harmonics', '0'), '--harmonics 0: give 1 to 512'),

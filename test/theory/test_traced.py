@@ -177,7 +177,6 @@ def test_a_closed_branch_closes_beside_another(direction, miss):
     ],
 )
 def test_the_interpreter_draws_the_same_curve(law, dof, direction):
-    pytest.importorskip('numba')
     own = oscillator(law, dof, PAPER_DESIGN, 0.07, 0.05)
     fast, slow = (
         trace(own, 0.3, 1.5, harmonics=3, direction=direction, kernel=kernel)

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from qzs_rig.mechanics.restoring.law import Formula
+from qzs_rig.mechanics.restoring.polynomial import cubic_force
 from qzs_rig.mechanics.specialise import widen
 from qzs_rig.theory.motion.splitting import STAGES
 from qzs_rig.theory.motion.strobe_cycles import BACK, LANES, finish, look_back, returned
 
-
 # Formulas put in: the law, and how a lane finds its design.
-def force(design: Any, w: Any) -> Any:
-    """F(w), net of the static load."""
-    raise NotImplementedError
+force: Formula = cubic_force
+"""F(w), net of the static load: a cubic law's where no other is put in."""
 
 
 def shared(design: Any, lane: int) -> Any:

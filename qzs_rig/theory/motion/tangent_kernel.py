@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from qzs_rig.mechanics.restoring.law import Formula
+from qzs_rig.mechanics.restoring.polynomial import cubic_force
 from qzs_rig.mechanics.specialise import widen
 from qzs_rig.theory.motion.splitting import STAGES
 from qzs_rig.theory.motion.strobe_cycles import LANES
@@ -20,11 +22,8 @@ SHIFT = 1e-5
 
 
 # Formulas put in: the law, how a lane finds its design and how it is handed one.
-def force(design: Any, w: Any) -> Any:
-    """F(w), net of the static load."""
-    raise NotImplementedError
-
-
+force: Formula = cubic_force
+"""F(w), net of the static load: a cubic law's where no other is put in."""
 at, take = shared, keep_shared
 
 

@@ -18,21 +18,16 @@ from qzs_rig.theory.oscillator import Oscillator
 Numbers = tuple[float, ...]
 
 
+force: Formula = cubic_force
+stiffness: Formula = cubic_stiffness
+"""A cubic law's, unless `interpreted` or `compiled` puts in others."""
+
+
 def sample(numbers: Any, load: float, count: int, w: Any, f: Any, k: Any) -> None:
     """Fill force f and stiffness k at the first `count` of w."""
     for j in range(count):
         f[j] = force(numbers, w[j]) - load
         k[j] = stiffness(numbers, w[j])
-
-
-def force(numbers: Any, w: Any) -> Any:
-    """Stands for the law's formula."""
-    raise NotImplementedError
-
-
-def stiffness(numbers: Any, w: Any) -> Any:
-    """Stands for the law's formula."""
-    raise NotImplementedError
 
 
 def numbers(oscillator: Oscillator) -> Numbers:
