@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,3 +90,8 @@ def index_of(stamp_ns: int, start_ns: int, step_ns: int) -> int:
             f'from {start_ns} ns; give all nodes the same run.rate'
         )
     return index
+
+
+def finite_or_none(values: Iterable[float]) -> list[float | None]:
+    """`values` for JSON, which knows no NaN: None for what is not finite."""
+    return [float(value) if math.isfinite(value) else None for value in values]

@@ -18,6 +18,7 @@ from qzs_rig.errors import InputError, RigError
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, basin
 from qzs_rig.theory.motion.jump_margin import JumpMargin, jump_margin
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.timehistory import finite_or_none
 
 NO_OTHER = 'no kick or rise leads to a motion whose T differs by more than 5 %'
 
@@ -204,7 +205,7 @@ def _margin(options: argparse.Namespace, oscillator: Oscillator) -> int:
         'rise': np.array([each.rise if each else np.nan for each in found]),
     }
     document: dict[str, Any] = {'dof': oscillator.dof, 'law': oscillator.law.name}
-    document |= {name: oscillating.numbers(column) for name, column in columns.items()}
+    document |= {name: finite_or_none(column) for name, column in columns.items()}
     document['reason'] = reasons
     rows = tuple(
         tuple(number(float(value), '.4f') for value in row)

@@ -19,7 +19,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.parameters import RunSpec
 from qzs_rig.theory.motion.along import RATIOS, SLANT, lanes_along
 from qzs_rig.theory.motion.bifurcation import KINDS, Diagram, carried, from_rest
-from qzs_rig.timehistory import Array
+from qzs_rig.timehistory import Array, finite_or_none
 
 RANGES = {'zeta': '0.0158:0.158', SLANT: '0.1:1', 'amplitude': '0.02:1', 'omega': '0.05:2'}
 """Figure 13, Figure 14, and what is of interest beyond them."""
@@ -167,14 +167,14 @@ def _document(part: Part, keep: int) -> dict[str, Any]:
         'values': part.values.tolist(),
         'omega': seen.lanes.omega.tolist(),
         'steps': seen.steps.tolist(),
-        'error': oscillating.numbers(seen.error),
+        'error': finite_or_none(seen.error),
         'kind': part.diagram.kind.tolist(),
         'period': seen.period.tolist(),
         'settled': seen.settled.tolist(),
-        'exponent': oscillating.numbers(part.diagram.exponent),
-        'exponent_error': oscillating.numbers(part.diagram.exponent_error),
-        'T': oscillating.numbers(np.abs(seen.transmissibility)),
-        'w': [oscillating.numbers(w[len(w) - n :]) for w, n in zip(seen.w, shown, strict=True)],
+        'exponent': finite_or_none(part.diagram.exponent),
+        'exponent_error': finite_or_none(part.diagram.exponent_error),
+        'T': finite_or_none(np.abs(seen.transmissibility)),
+        'w': [finite_or_none(w[len(w) - n :]) for w, n in zip(seen.w, shown, strict=True)],
     }
 
 

@@ -15,6 +15,7 @@ from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
 from qzs_rig.theory.motion.accuracy import cheapest_steps
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.lyapunov import BATCHES, ENOUGH, SURE, Exponents, exponents
+from qzs_rig.timehistory import finite_or_none
 
 HUE = '#0b62a4'
 
@@ -83,10 +84,10 @@ def execute(options: argparse.Namespace) -> int:
         'amplitude': oscillator.amplitude,
         'steps': steps,
         'periods': periods,
-        'exponent': oscillating.numbers(found.value),
-        'standard_error': oscillating.numbers(found.error),
-        'mean': oscillating.numbers(np.array([mean]))[0],
-        'mean_error': oscillating.numbers(np.array([error]))[0],
+        'exponent': finite_or_none(found.value),
+        'standard_error': finite_or_none(found.error),
+        'mean': finite_or_none(np.array([mean]))[0],
+        'mean_error': finite_or_none(np.array([error]))[0],
         'sum_of_exponents': -2.0 * oscillator.zeta,
         'verdict': verdict(found),
     }

@@ -14,7 +14,6 @@ from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import RunSpec
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 HELD = ('displacement', 'velocity', 'acceleration')
 PAPER_AMPLITUDE = 0.6
@@ -131,8 +130,3 @@ def at_least(value: int, least: int, option: str) -> int:
     if value < least:
         raise InputError(f'{option} {value}: give {least} or more')
     return value
-
-
-def numbers(values: Array) -> list[float | None]:
-    """For JSON: null where a number is not finite."""
-    return [value if math.isfinite(value) else None for value in values.tolist()]

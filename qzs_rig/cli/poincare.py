@@ -19,6 +19,7 @@ from qzs_rig.theory.motion.bifurcation import VISIBLE, Diagram, judged
 from qzs_rig.theory.motion.history import History, history
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.stroboscope import strobe
+from qzs_rig.timehistory import finite_or_none
 
 EPILOG = """\
 examples:
@@ -103,14 +104,14 @@ def _document(each: Portrait) -> dict[str, Any]:
         'zeta': float(seen.lanes.zeta[0]),
         'amplitude': float(seen.lanes.amplitude[0]),
         'steps': int(seen.steps[0]),
-        'error': oscillating.numbers(seen.error)[0],
+        'error': finite_or_none(seen.error)[0],
         'period': int(seen.period[0]),
         'settled': int(seen.settled[0]),
         'transient_visible_periods': each.visible,
-        'exponent': oscillating.numbers(each.diagram.exponent)[0],
-        'T': oscillating.numbers(np.abs(seen.transmissibility))[0],
-        'w': oscillating.numbers(seen.w[0]),
-        'velocity': oscillating.numbers(seen.velocity[0]),
+        'exponent': finite_or_none(each.diagram.exponent)[0],
+        'T': finite_or_none(np.abs(seen.transmissibility))[0],
+        'w': finite_or_none(seen.w[0]),
+        'velocity': finite_or_none(seen.velocity[0]),
     }
 
 

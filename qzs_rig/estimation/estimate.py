@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.timehistory import Array
+from qzs_rig.timehistory import Array, finite_or_none
 
 SCHEMA = 'qzs_rig/estimate/1'
 DIRECTIONS = ('forward', 'reverse', 'none')
@@ -74,11 +74,11 @@ class Estimate:
                     'direction': curve.direction,
                     'estimator': curve.estimator,
                     'quantity': curve.quantity,
-                    'frequency_hz': _numbers(curve.frequency_hz),
-                    'magnitude': _numbers(curve.magnitude),
-                    'phase_deg': _numbers(curve.phase_deg),
-                    'thd': _numbers(curve.thd),
-                    'uncertainty': _numbers(curve.uncertainty),
+                    'frequency_hz': finite_or_none(curve.frequency_hz),
+                    'magnitude': finite_or_none(curve.magnitude),
+                    'phase_deg': finite_or_none(curve.phase_deg),
+                    'thd': finite_or_none(curve.thd),
+                    'uncertainty': finite_or_none(curve.uncertainty),
                 }
                 for curve in self.curves
             ],
@@ -124,10 +124,6 @@ def from_json(text: str) -> Estimate:
         return from_document(json.loads(text))
     except json.JSONDecodeError as error:
         raise InputError(f'not an estimate: {error}') from error
-
-
-def _numbers(values: Array) -> list[float | None]:
-    return [float(value) if math.isfinite(value) else None for value in values]
 
 
 def _array(values: list[float | None]) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from qzs_rig.dof import displacement_unit
 from qzs_rig.errors import InputError
 from qzs_rig.prediction.curve import Branch, Fold, Prediction
-from qzs_rig.timehistory import Array
+from qzs_rig.timehistory import finite_or_none
 
 SCHEMA = 'qzs_rig/theory/1'
 _COLUMNS = ('frequency_hz', 'transmissibility', 'phase_deg', 'stroke')
@@ -59,7 +59,7 @@ def from_document(document: Any) -> tuple[Prediction, ...]:
 
 
 def _branch_document(branch: Branch) -> dict[str, Any]:
-    columns = {name: numbers(getattr(branch, name)) for name in _COLUMNS}
+    columns = {name: finite_or_none(getattr(branch, name)) for name in _COLUMNS}
     return {'name': branch.name, **columns, 'stable': branch.stable.tolist()}
 
 
@@ -69,7 +69,7 @@ def _branch(item: dict[str, Any]) -> Branch:
 
 
 def _fold_document(fold: Fold) -> dict[str, Any]:
-    pairs = {name: numbers(getattr(fold, name)) for name in ('transmissibility', 'stroke')}
+    pairs = {name: finite_or_none(getattr(fold, name)) for name in ('transmissibility', 'stroke')}
     names = {'kind': fold.kind, 'leaves': fold.leaves, 'lands': fold.lands}
     return {'frequency_hz': fold.frequency_hz, **names, **pairs}
 
@@ -83,8 +83,3 @@ def _fold(item: dict[str, Any]) -> Fold:
 def _pair(values: Sequence[float | None]) -> tuple[float, float]:
     before, after = (math.nan if value is None else float(value) for value in values)
     return before, after
-
-
-def numbers(values: Array | Sequence[float]) -> list[float | None]:
-    """`values` with null for what is not finite."""
-    return [float(value) if math.isfinite(value) else None for value in values]

@@ -11,8 +11,7 @@ import numpy as np
 
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.prediction.curve import Branch, Prediction
-from qzs_rig.prediction.document import numbers
-from qzs_rig.timehistory import Array
+from qzs_rig.timehistory import Array, finite_or_none
 
 SCHEMA = 'qzs_rig/match/1'
 NONE = 'none'
@@ -110,9 +109,9 @@ def to_document(run_id: str, labels: Sequence[Labels]) -> dict[str, Any]:
                 'theory': item.theory,
                 'summary': item.sentence,
                 'branch': list(item.branch),
-                'z': numbers(item.z),
-                'transmissibility': numbers(item.transmissibility),
-                'phase_deg': numbers(item.phase_deg),
+                'z': finite_or_none(item.z),
+                'transmissibility': finite_or_none(item.transmissibility),
+                'phase_deg': finite_or_none(item.phase_deg),
             }
             for item in labels
         ],

@@ -144,12 +144,14 @@ class RigNode(LifecycleNode):
         self.attempt(self.tick)
 
     def _guarded(self, work: Callable[[], None]) -> TransitionCallbackReturn:
+        outcome = None
         try:
-            return SUCCESS if self.attempt(work) else FAILURE
-        except Exception:
-            traceback.print_exc()  # rclpy would swallow it and leave a dead node
-            self.finish(1)
-            raise
+            outcome = SUCCESS if self.attempt(work) else FAILURE
+        finally:
+            if outcome is None:
+                traceback.print_exc()  # rclpy would swallow it and leave a dead node
+                self.finish(1)
+        return outcome
 
     def attempt(self, work: Callable[[], object]) -> bool:
         """Do `work`; a foreseen failure is told to the peers and ends the node with its code."""
