@@ -3,7 +3,6 @@
 import os
 from pathlib import Path
 
-from ament_index_python.packages import get_package_share_directory
 from launch.actions import (
     DeclareLaunchArgument,
     OpaqueFunction,
@@ -16,7 +15,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
 
 from launch import LaunchDescription
-from qzs_rig import scenario
+from qzs_rig import loopback, scenario
 
 ARGUMENTS = {
     'scenario': (
@@ -39,19 +38,15 @@ CHOICES = {
 
 
 def generate_launch_description():
-    """The three nodes, loopback only unless the caller's environment says otherwise."""
+    """The three nodes, on this machine only unless the caller's environment says otherwise."""
     declared = [
         DeclareLaunchArgument(
             name, default_value=default, description=text, choices=CHOICES.get(name)
         )
         for name, (default, text) in ARGUMENTS.items()
     ]
-    environment = [
-        SetEnvironmentVariable(name, value)
-        for name, value in _environment().items()
-        if name not in os.environ
-    ]
-    return LaunchDescription([*declared, *environment, OpaqueFunction(function=_nodes)])
+    alone = SetEnvironmentVariable(loopback.RANGE, os.environ.get(loopback.RANGE, 'LOCALHOST'))
+    return LaunchDescription([*declared, alone, OpaqueFunction(function=_nodes)])
 
 
 def _nodes(context):
@@ -89,12 +84,3 @@ def _exited(event, context):
         # an exception is launch's only way to a non-zero exit code
         raise RuntimeError(f'{name} ended with exit code {event.returncode}')
     return Shutdown(reason='the run is over') if name == 'exciter' else None
-
-
-def _environment():
-    share = Path(get_package_share_directory('qzs_rig'))
-    profiles = str(share / 'config' / 'fastdds.xml')
-    return {
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'FASTDDS_DEFAULT_PROFILES_FILE': profiles,
-    }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 import signal
@@ -13,17 +12,23 @@ import time
 from pathlib import Path
 
 import numpy as np
-import rclpy
+import pytest
+import rclpy  # a plain import: without ROS these tests fail, they do not skip
+from lifecycle_msgs.srv import GetState
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from qzs_rig import rig, scenario, wire
+from qzs_rig import loopback, rig, scenario, wire
 from qzs_rig.bag import BagReader
 from qzs_rig.ros import qos
 from qzs_rig.ros.node import message_class
 from qzs_rig.runsheet import from_document
+
+# for the ears, as a node does it for itself
+os.environ[loopback.RANGE] = 'LOCALHOST'
+loopback.settle(os.environ)
 
 ROOT = Path(__file__).resolve().parent.parent
 PATIENCE_S = 30.0
@@ -44,28 +49,15 @@ LONG = SHORT | {'excitation.duration': 600.0, 'run.mode': 'real_time'}
 
 WATCHED = (wire.RUN, wire.PLATFORM_STATUS, wire.ANALYZER_STATUS)
 
-_turns = itertools.count(os.getpid())
-
-
-def free_domain():
-    """A domain id from 1 to 101 whose UDP ports nobody on this machine has bound."""
-    rows = Path('/proc/net/udp').read_text().splitlines()[1:]
-    bound = {int(row.split()[1].split(':')[1], 16) for row in rows}
-    for _ in range(101):
-        domain = next(_turns) % 101 + 1
-        first = 7400 + 250 * domain
-        if not any(first <= port < first + 250 for port in bound):
-            return domain
-    raise RuntimeError('all ROS domains from 1 to 101 are taken')
-
 
 def environment(domain):
-    """What a user's shell would hold, on loopback and in a domain of its own."""
-    return os.environ | {
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(domain),
+    """What a user's shell would hold, on this machine alone and in a domain of its own."""
+    # the profile is what this process has settled on; a node settles by itself
+    shell = {name: value for name, value in os.environ.items() if '_DEFAULT_PROFILES' not in name}
+    return shell | {
+        loopback.RANGE: 'LOCALHOST',
+        loopback.DOMAIN: str(domain),
         'ROS_PYTHON_CHECK_FIELDS': '1',
-        'FASTDDS_DEFAULT_PROFILES_FILE': str(ROOT / 'config' / 'fastdds.xml'),
         'PYTHONUNBUFFERED': '1',
         'PYTHONPATH': os.pathsep.join(
             [str(ROOT), *filter(None, [os.environ.get('PYTHONPATH', '')])]
@@ -171,6 +163,10 @@ class Ears:
             )
             for topic in publishers
         }
+        # the last of all endpoints; see `known_to`
+        self._probes = {
+            role: self.node.create_client(GetState, f'{role}/get_state') for role in ROLES
+        }
         self._end = Future()
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
@@ -198,11 +194,23 @@ class Ears:
         """The run sheets so far."""
         return [from_document(wire.decode_json(raw)) for raw in list(self.got['rig/run'])]
 
-    def hears(self, *names):
-        """Wait until somebody publishes each of `names`."""
-        for name in names:
-            publishers = self._subscriptions[name].get_publisher_count
-            wait_until(publishers, f'a publisher of {name}')
+    def known_to(self, *roles):
+        """Wait until these nodes have matched every endpoint of these ears.
+
+        The middleware announces endpoints in the order of their creation, so the answer to the
+        client that was made last is the proof. An answer is lost while its reader is unknown;
+        asking once more is harmless.
+        """
+        for role in roles:
+            probe, asked = self._probes[role], []
+            wait_until(probe.service_is_ready, f'service {role}/get_state')
+
+            def answered(probe=probe, asked=asked):
+                if not asked or time.monotonic() - asked[-1][0] > 1.0:
+                    asked.append((time.monotonic(), probe.call_async(GetState.Request())))
+                return any(future.done() for _, future in asked)
+
+            wait_until(answered, f'an answer of {role}/get_state')
 
     def wait(self, name, count=1):
         """Wait for `count` messages."""
@@ -213,8 +221,9 @@ class Ears:
         return self.got[name]
 
     def call(self, name, request=None):
-        """The answer of a service."""
+        """The answer of a node's service: asked once, when the node can answer."""
         client = self._clients[name]
+        self.known_to(name.split('/')[0])
         wait_until(client.service_is_ready, f'service {name}')
         future = client.call_async(request or client.srv_type.Request())
         wait_until(future.done, f'an answer of {name}')
@@ -232,7 +241,8 @@ class Lab:
 
     def __init__(self, folder):
         self.folder = folder
-        self.domain = free_domain()
+        self._reserved = loopback.reserve_domain()
+        self.domain = self._reserved.number
         self.env = environment(self.domain)
         self.processes = []
         self._ears = []
@@ -245,6 +255,7 @@ class Lab:
             process.end()
         for ears in self._ears:
             ears.close()
+        self._reserved.close()
 
     def run(self, name, command, **more):
         """Start any process."""
@@ -274,6 +285,13 @@ class Lab:
         """Ears in this domain."""
         self._ears.append(Ears(self.domain, topics, **more))
         return self._ears[-1]
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A lab of the test's own."""
+    with Lab(tmp_path) as lab:
+        yield lab
 
 
 def given(parameters):

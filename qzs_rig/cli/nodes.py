@@ -18,30 +18,28 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import scenario
+from qzs_rig import loopback
 from qzs_rig.errors import InputError, PeerError
 from qzs_rig.parameters import RunSpec
 
 PATIENCE_S = 2.0
 """How long nodes may take to close before they are killed."""
 LEADS = ('exciter', 'player')
-DOMAINS = range(1, 102)
-"""Domain ids whose ports stay below Linux's ephemeral range."""
 
 
-def environment() -> dict[str, str]:
-    """The environment of the nodes: loopback only, a domain of its own, fast discovery."""
-    env = dict(os.environ)
-    env.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    env.setdefault('ROS_DOMAIN_ID', str(DOMAINS[os.getpid() % len(DOMAINS)]))
-    profiles = scenario.config_folder() / 'fastdds.xml'
-    if profiles.is_file():
-        # Fast DDS 3 renamed the variable; older releases know the old name only
-        old = env.get('ROS_DISTRO') in ('humble', 'iron', 'jazzy')
-        name = 'FASTRTPS_DEFAULT_PROFILES_FILE' if old else 'FASTDDS_DEFAULT_PROFILES_FILE'
-        env.setdefault(name, str(profiles))
-    env['PYTHONUNBUFFERED'] = '1'
-    return env
+@contextmanager
+def environment() -> Iterator[dict[str, str]]:
+    """The environment of the nodes: this machine only, and a domain of their own for the block,
+    unless the caller's environment says otherwise."""
+    env = {loopback.RANGE: 'LOCALHOST', **os.environ, 'PYTHONUNBUFFERED': '1'}
+    if loopback.DOMAIN in env:
+        yield env
+        return
+    domain = loopback.reserve_domain()
+    try:
+        yield env | {loopback.DOMAIN: str(domain.number)}
+    finally:
+        domain.close()
 
 
 def need_ros() -> None:

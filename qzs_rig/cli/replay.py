@@ -63,11 +63,14 @@ def execute(options: argparse.Namespace) -> int:
     spec = recorded_spec(options.bag, options.assignments)
     feeds = 'platform' if options.topics == 'motion' else 'analyzer'
     peers = options.peers or ','.join(dict.fromkeys([feeds, *options.start]))
-    env = environment()
-    print(f'replay in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
+    with environment() as env:
+        print(f'replay in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
+        return _perform(options, Nodes(spec, env), peers)
+
+
+def _perform(options: argparse.Namespace, nodes: Nodes, peers: str) -> int:
     mode = 'lockstep' if options.rate is None else 'real_time'
     stopped = False
-    nodes = Nodes(spec, env)
     try:
         if 'analyzer' in options.start:
             out = {'folder': str(options.out.absolute())} if options.out else {}

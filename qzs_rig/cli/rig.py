@@ -43,12 +43,18 @@ def execute(options: argparse.Namespace) -> int:
     refuse_bad(spec)
     need_ros()
     run_id = uuid.uuid4().hex[:8]
-    name = Path(options.scenario).stem
-    folder = (options.out or runfolder.new_folder(name, run_id)).absolute()
+    folder = options.out or runfolder.new_folder(Path(options.scenario).stem, run_id)
+    folder = folder.absolute()
     runfolder.refuse_occupied(folder)
-    env = environment()
-    print(f'nodes in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
-    nodes = Nodes(spec, env)
+    with environment() as env:
+        print(f'nodes in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
+        return _perform(options, Nodes(spec, env), spec, folder, run_id)
+
+
+def _perform(
+    options: argparse.Namespace, nodes: Nodes, spec: RunSpec, folder: Path, run_id: str
+) -> int:
+    name = Path(options.scenario).stem
     try:
         nodes.start('analyzer', folder=str(folder), progress=True)
         nodes.start('platform')

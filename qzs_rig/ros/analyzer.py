@@ -20,8 +20,9 @@ from qzs_rig.prediction.document import from_document
 from qzs_rig.recording import Recording
 from qzs_rig.ros import qos
 from qzs_rig.ros.follower import Follower
+from qzs_rig.ros.leaving import leave
 from qzs_rig.ros.live import Live
-from qzs_rig.ros.spinning import leave, run
+from qzs_rig.ros.spinning import run
 from qzs_rig.runsheet import RunSheet
 from qzs_rig.timehistory import NS
 from qzs_rig.wire import ImuBatch
@@ -62,7 +63,8 @@ class Analyzer(Follower):
             self.subscribe(wire.THEORY, self._take_theory)
 
     def endpoints(self, sheet: RunSheet) -> list[str]:
-        return [f'a publisher of {name}' for name in self._names]
+        motion = ['a publisher of base/motion'] if 'platform' in sheet.peers else []
+        return [*motion, *(f'a publisher of {name}' for name in self._names)]
 
     # --- a run
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from qzs_rig import wire
 from qzs_rig.ros.lead import Lead
-from qzs_rig.ros.spinning import leave, run
+from qzs_rig.ros.leaving import leave
+from qzs_rig.ros.spinning import run
 from qzs_rig.runsheet import RunSheet
 from qzs_rig.scenario import step_ns_of
 from qzs_rig.stages import ExciterStage

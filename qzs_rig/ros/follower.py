@@ -11,7 +11,7 @@ from qzs_rig import wire
 from qzs_rig.errors import PeerError, RigError
 from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.lead import PEER_STATUS
-from qzs_rig.ros.node import RigNode
+from qzs_rig.ros.node import REPEAT_S, RigNode
 from qzs_rig.runsheet import RunSheet, from_document
 from qzs_rig.wire import Status
 
@@ -28,8 +28,10 @@ class Follower(RigNode):
         self.index = 0
         self.message = 'waiting for rig/run (the exciter or a player)'
         self._said_at = 0.0
-        self._logged = ''
         self._alone = False  # ended the run before the lead did
+        self._heard: set[str] = set()  # peers that have said their status
+
+    def introduce(self) -> None:
         self._status = self.publisher(PEER_STATUS[self.role], qos.watched(PEER_STATUS[self.role]))
         self.subscribe(
             wire.RUN, self._read_sheet, qos.watched(wire.RUN), lost=lambda: self.peer_lost('lead')
@@ -38,7 +40,7 @@ class Follower(RigNode):
             if peer != self.role:
                 self.subscribe(
                     topic,
-                    lambda raw: None,
+                    partial(self._hear, peer),
                     qos.watched(topic),
                     lost=partial(self.peer_lost, peer),
                 )
@@ -76,13 +78,20 @@ class Follower(RigNode):
             self._get_ready()
 
     def tick(self) -> None:
+        silence_s = time.monotonic() - self._said_at
+        waits = self.state in ('idle', 'waiting', 'ready')
         if self.gone and self.busy:
             self._alone = True
             self._end(self._aborted(f'{" and ".join(self.gone)} died'))
         elif self.state == 'waiting':
             self._get_ready()
-        elif self.state == 'running' and time.monotonic() - self._said_at > STATUS_S:
+        elif (waits and silence_s > REPEAT_S) or (self.state == 'running' and silence_s > STATUS_S):
             self.say()
+        if waits:
+            self.remind(self.message)
+
+    def _hear(self, peer: str, raw: bytes) -> None:
+        self._heard.add(peer)
 
     def _read_sheet(self, raw: bytes) -> None:
         sheet = from_document(wire.decode_json(raw))
@@ -107,15 +116,15 @@ class Follower(RigNode):
 
     def _get_ready(self) -> None:
         assert self.sheet is not None
-        missing = self.unmatched(self.endpoints(self.sheet))
-        if not self.active:
-            missing = ['its activation', *missing]
-        self.message = f'waiting for {", ".join(missing)}' if missing else 'ready'
-        if self.message != self._logged:
-            self.get_logger().info(self.message)
-            self._logged = self.message
-        if not missing:
-            self.state = 'ready'
+        unheard = [peer for peer in self.sheet.peers if peer not in {self.role, *self._heard}]
+        missing = [
+            *([] if self.active else ['its activation']),
+            *self.unmatched(self.endpoints(self.sheet)),
+            *(f'node {peer}' for peer in unheard),
+        ]
+        self.state = 'waiting' if missing else 'ready'
+        self.message = f'waiting for {", ".join(missing)}' if missing else 'ready for the start'
+        self.remind(self.message)
         self.say()
 
     def _end(self, sheet: RunSheet) -> None:
@@ -142,6 +151,7 @@ class Follower(RigNode):
 
     def peer_lost(self, peer: str) -> None:
         """The middleware reports that `peer` no longer lives."""
+        self._heard.discard(peer)
         if self.sheet is None or not self.busy or (peer != 'lead' and peer not in self.sheet.peers):
             if peer == 'lead' and self.state in ('waiting', 'ready'):
                 self.state, self.message, self.sheet = 'idle', 'waiting for rig/run', None

@@ -25,7 +25,7 @@ from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.document import to_document
 from qzs_rig.prediction.predict import predict
 from qzs_rig.ros import parameters, qos
-from qzs_rig.ros.node import RigNode
+from qzs_rig.ros.node import REPEAT_S, RigNode
 from qzs_rig.runsheet import RunSheet
 from qzs_rig.wire import Status, Topic
 
@@ -63,12 +63,15 @@ class Lead(RigNode):
         self.statuses: dict[str, Status] = {}
         self.state = 'configured'
         self.sent = 0
-        self._said = ''
+        self._waits_for = ''
+        self._announced_at = 0.0
         self._progress: tuple[str, int, int] = ('', 0, 0)
         self._progress_at = 0.0
+        self.predictions: tuple[Prediction, ...] = ()
+
+    def introduce(self) -> None:
         self._run = self.publisher(wire.RUN, qos.latest(wire.RUN))
         self._theory = self.publisher(wire.THEORY)
-        self.predictions: tuple[Prediction, ...] = ()
         for peer in self.peers:
             self.subscribe(
                 PEER_STATUS[peer],
@@ -132,6 +135,9 @@ class Lead(RigNode):
         }.get(self.state)
         if step:
             step()
+        waits = self.state in ('waiting', 'armed', 'ended')
+        if waits and time.monotonic() - self._announced_at > REPEAT_S:
+            self._publish_sheet()
         self._watch_progress()
 
     def _watch_progress(self) -> None:
@@ -149,13 +155,11 @@ class Lead(RigNode):
             self._end('aborted', text)
 
     def _wait(self) -> None:
-        missing = self._missing()
-        text = ', '.join(missing)
-        if text != self._said:
-            self.get_logger().info(f'waiting for {text}' if text else 'all matched')
-            self._said = text
-        if missing:
+        self._waits_for = ', '.join(self._missing())
+        if self._waits_for:
+            self.remind(f'waiting for {self._waits_for}')
             return
+        self.remind('all matched')
         for peer in self.peers:
             part = json.loads(self.statuses[peer].values.get('spec', '{}'))
             self.sheet = self.sheet.of(spec={**self.sheet.spec, **part})
@@ -306,6 +310,10 @@ class Lead(RigNode):
     def _announce(self, state: str) -> None:
         self.state = state
         self.sheet = self.sheet.of(state=state)
+        self._publish_sheet()
+
+    def _publish_sheet(self) -> None:
+        self._announced_at = time.monotonic()
         self._run.publish(wire.encode_json(self.sheet.to_document()))
 
     def status(self) -> Status:
@@ -319,5 +327,5 @@ class Lead(RigNode):
         return Status(self.role, level, sheet.reason if aborted and sheet else self._text(), values)
 
     def _text(self) -> str:
-        said = getattr(self, '_said', '')
-        return f'waiting for {said}' if said else getattr(self, 'state', 'unconfigured')
+        awaited = getattr(self, '_waits_for', '')
+        return f'waiting for {awaited}' if awaited else getattr(self, 'state', 'unconfigured')

@@ -26,6 +26,10 @@ Callback = Callable[[Any], object]
 FLUSH_S = {True: 5.0, False: 0.2}
 """How long a node that ends, after a finished run or not, waits for its messages to arrive: a
 listener slower than a run in lockstep would miss the end of it."""
+REMIND_S = 5.0
+"""How often a node that waits says for what."""
+REPEAT_S = 1.0
+"""Longest silence of a node that waits: should one word be lost, the next one comes."""
 CONFIRM_S = 0.3
 """How long a publisher whose lease ran out may take to show life after all: on a busy machine its
 signs come late, and a run must not end for that. With qos.LEASE it stays below a second."""
@@ -57,11 +61,19 @@ class RigNode(LifecycleNode):
         self.create_timer(1.0, self._diagnose, clock=self._steady)
         self._lasting = self._held()
         self._suspects: dict[str, tuple[float, Callable[[], None]]] = {}
+        self._awaited, self._awaited_at = '', 0.0
 
     # --- what a subclass fills in
 
     def open(self) -> None:
-        """Create endpoints; parameters are those of this moment."""
+        """Create the endpoints of data; parameters are those of this moment."""
+
+    def introduce(self) -> None:
+        """Create the endpoints by which peers hear of this node and of the run, after `open`.
+
+        The middleware tells others of endpoints in the order of their creation. So whoever has
+        heard this node on one of these has matched all of its data endpoints, in both directions.
+        """
 
     def begin(self) -> None:
         """Start working."""
@@ -118,6 +130,7 @@ class RigNode(LifecycleNode):
     def _configure(self) -> None:
         self.spec = parameters.current(self, self.spec)
         self.open()
+        self.introduce()
         self.create_timer(self.tick_s, self._tick, clock=self._steady)
 
     def _clean_up(self) -> None:
@@ -152,6 +165,13 @@ class RigNode(LifecycleNode):
                 traceback.print_exc()  # rclpy would swallow it and leave a dead node
                 self.finish(1)
         return outcome
+
+    def remind(self, text: str) -> None:
+        """Log what this node waits for: when that changes, and every REMIND_S while it lasts."""
+        now = time.monotonic()
+        if text != self._awaited or now - self._awaited_at > REMIND_S:
+            self._awaited, self._awaited_at = text, now
+            self.get_logger().info(text)
 
     def attempt(self, work: Callable[[], object]) -> bool:
         """Do `work`; a foreseen failure is told to the peers and ends the node with its code."""
@@ -238,7 +258,7 @@ class RigNode(LifecycleNode):
         )
 
     def unmatched(self, labels: Iterable[str]) -> list[str]:
-        """Those of "a subscriber of TOPIC" and "a publisher of TOPIC" that are still missing."""
+        """Those of "a subscriber of TOPIC" and "a publisher of TOPIC" of which there is none."""
         return [label for label in labels if not self.matched.get(label)]
 
     def _counter(self, label: str) -> Callable[[Any], None]:

@@ -10,7 +10,8 @@ from qzs_rig import wire
 from qzs_rig.dof import DOFS
 from qzs_rig.errors import GapError
 from qzs_rig.ros.follower import Follower
-from qzs_rig.ros.spinning import leave, run
+from qzs_rig.ros.leaving import leave
+from qzs_rig.ros.spinning import run
 from qzs_rig.runsheet import RunSheet
 from qzs_rig.stages import MOTION_CHANNELS, PlatformStage
 from qzs_rig.timehistory import NS, TimeHistory, index_of

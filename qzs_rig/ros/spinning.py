@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import faulthandler
 import gc
 import os
 import signal
@@ -11,7 +10,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-# the middleware must see these before rclpy loads
+# numpy must see these before it loads
 os.environ.setdefault('OMP_NUM_THREADS', '1')
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
@@ -20,10 +19,12 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from qzs_rig import loopback
 from qzs_rig.errors import RigError
+from qzs_rig.ros.leaving import leave_within
 from qzs_rig.ros.node import RigNode
 
-LEAVE_S = {True: 15.0, False: 3.0}
+LEAVE_S = {True: 15, False: 3}
 """Longest time from the end of the work to the end of the process, after a finished run or not."""
 PART_S = 0.3
 """How long a node that ends early waits for its peers to hear why, lest they take it for dead."""
@@ -33,11 +34,13 @@ SLICE_S = 0.1
 
 def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
     """Build the node, run it until it is done or told to stop; returns the exit code."""
-    # rclpy's own handlers would end the context before the peers can be told
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     stops: list[int] = []
+    # SIGINT, too, where a shell that starts jobs in the background has it ignored
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda signum, _frame: stops.append(signum))
+    loopback.settle(os.environ)
+    # rclpy's own handlers would end the context before the peers can be told
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node = None
     try:
         node = build()
@@ -50,24 +53,14 @@ def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
     finally:
         if node is not None:
             node.close()
-            if node.gone:
-                # killed peers leave shared memory locked: to take leave of them hangs or crashes
-                leave(node.exit_code or 0)
             if rclpy.ok():
                 node.flush()
             node.destroy_node()
         # the lifecycle machine keeps the node alive past destroy_node; unless it is collected
-        # before `leave`, its peers see a ghost of this node for 20 s
+        # before the process ends, its peers see a ghost of this node for 20 s
         node = None
         gc.collect()
         rclpy.try_shutdown()
-
-
-def leave(code: int) -> None:
-    """End the process now: the middleware's threads need no interpreter to wait for them."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
 
 
 def _spin(node: RigNode, stops: list[int]) -> int:
@@ -77,9 +70,8 @@ def _spin(node: RigNode, stops: list[int]) -> int:
     never: Future[None] = Future()
 
     def wake() -> None:
-        # a deadlock in the middleware must not keep the process: say where it was, and go
         finished = node.exit_code == 0 and not node.stopped
-        faulthandler.dump_traceback_later(LEAVE_S[finished], exit=True)
+        leave_within(LEAVE_S[finished], node.exit_code or 0)
         never.set_result(None)
 
     node.wake = wake

@@ -20,7 +20,7 @@ LAYERS = (
     {'excitation', 'mechanics', 'sensing', 'estimation'},
     {'scenario', 'theory', 'wire', 'bag'},
     {'prediction'},
-    {'stages', 'runsheet', 'runfolder'},
+    {'stages', 'runsheet', 'runfolder', 'loopback'},
     {'analysis', 'recording'},
     {'rig', 'offline'},
     {'compare', 'ros'},

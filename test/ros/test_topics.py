@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from itertools import groupby
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ def heard(tmp_path_factory):
     with Lab(tmp_path_factory.mktemp('topics')) as lab:
         ears = lab.ears(*wire.TOPICS.values(), *LIVE.values())
         exciter, platform = lab.node('exciter', SPEC), lab.node('platform', SPEC)
-        ears.hears('base/motion', 'base/imu', 'top/imu', '/clock', 'joint_states')
+        ears.known_to('exciter', 'platform')
         analyzer = lab.node('analyzer', SPEC, folder=str(lab.folder / 'out'))
         assert [node.code() for node in (exciter, platform, analyzer)] == [0, 0, 0]
         late = lab.ears(wire.RUN)
@@ -82,7 +83,9 @@ def test_clock_rises_and_joint_states_are_slow(heard):
 
 def test_sheets_come_in_order(heard):
     sheets = heard.sheets()
-    assert [s.state for s in sheets] == ['waiting', 'armed', 'running', 'finished']
+    # a lead that waits says its sheet again and again
+    states = [state for state, _ in groupby(sheet.state for sheet in sheets)]
+    assert states == ['waiting', 'armed', 'running', 'finished']
     assert len({s.run_id for s in sheets}) == 1
     assert sheets[-1].spec['excitation.amplitude.vertical'] == 1.0
     assert {name.split('.')[0] for name in sheets[-1].spec} >= {
