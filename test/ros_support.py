@@ -244,6 +244,7 @@ class Lab:
         self._reserved = loopback.reserve_domain()
         self.domain = self._reserved.number
         self.env = environment(self.domain)
+        self.prefix = ()
         self.processes = []
         self._ears = []
 
@@ -260,7 +261,7 @@ class Lab:
     def run(self, name, command, **more):
         """Start any process."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        process = Process(name, command, self.env, self.folder, **more)
+        process = Process(name, [*self.prefix, *command], self.env, self.folder, **more)
         self.processes.append(process)
         return process
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import _thread
 import json
+import signal
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -157,7 +160,25 @@ def test_damaged_chunks_are_computed_again(tmp_path):
     assert again.table.path.read_bytes() == whole
 
 
-def test_ctrl_c_keeps_what_is_under_way():
+@pytest.fixture
+def ctrl_c():
+    """Ctrl-C as in a terminal: a shell that starts jobs in the background has it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield _thread.interrupt_main
+    signal.signal(signal.SIGINT, before)
+
+
+def waits_for_results(thread):
+    """Whether this thread has handed out its chunks and sleeps until one is done."""
+    frame = sys._current_frames().get(thread.ident)
+    names = []
+    while frame:
+        names.append((Path(frame.f_code.co_filename).name, frame.f_code.co_name))
+        frame = frame.f_back
+    return ('_base.py', 'wait') in names and ('threads.py', 'results') in names
+
+
+def test_ctrl_c_keeps_what_is_under_way(ctrl_c):
     started, go = threading.Event(), threading.Event()
 
     class Slow:
@@ -180,8 +201,9 @@ def test_ctrl_c_keeps_what_is_under_way():
 
     def press():
         started.wait(10)
-        time.sleep(0.1)  # the main thread has handed out its chunks, and waits
-        _thread.interrupt_main()
+        while not waits_for_results(threading.main_thread()):
+            time.sleep(0.001)
+        ctrl_c()
         go.set()
 
     threading.Thread(target=press).start()

@@ -91,6 +91,29 @@ def test_while_starting(lab, number, moment):
     closes(lab, command, scratch, number)
 
 
+def in_the_background(lab):
+    """From now on processes start as a shell's background jobs do: with SIGINT ignored."""
+    lab.prefix = ('/bin/sh', '-c', 'trap "" INT; exec "$@"', 'sh')
+
+
+def test_in_the_background(lab):
+    """A shell ignores SIGINT for the jobs that it starts in the background; we do not."""
+    in_the_background(lab)
+    command, scratch = started(lab, *ENDLESS)
+    recorded(lab)
+    closes(lab, command, scratch, signal.SIGINT)
+    assert kept(lab.folder / 'out')[0]['reason'] == 'stopped by SIGINT'
+
+
+def test_a_node_in_the_background(lab):
+    in_the_background(lab)
+    node = lab.node('exciter')
+    node.says('waiting for node platform')
+    node.signal(signal.SIGINT)
+    assert node.code() == 0
+    assert 'SIGINT: closing' in node.log
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_in_the_middle(lab, number):
     command, scratch = started(lab, *ENDLESS)

@@ -1,17 +1,18 @@
 """A driver of two Imus that knows nothing of the rig: plain rclpy, its own clock, rate and axes.
 
 The base moves with a sine of fixed frequency; the top answers with the magnitude and phase given on
-the command line: FREQUENCY MAGNITUDE PHASE_DEG SECONDS.
+the command line: FREQUENCY MAGNITUDE PHASE_DEG SECONDS. Ends, in order, with SIGTERM.
 """
 
-import contextlib
 import math
 import random
+import signal
 import sys
 import time
 
 import rclpy
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Imu
 
 RATE = 417.0
@@ -19,14 +20,24 @@ G = 9.80665
 
 
 def main():
-    hertz, magnitude, phase, seconds = map(float, sys.argv[1:5])
-    rclpy.init()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('two_imus')
+    try:
+        drive(node, *map(float, sys.argv[1:5]))
+        while True:
+            signal.pause()
+    finally:
+        # what is killed leaves its shared memory to those that come after
+        node.destroy_node()
+        rclpy.shutdown()
+
+
+def drive(node, hertz, magnitude, phase, seconds):
     base = node.create_publisher(Imu, '/left/imu', qos_profile_sensor_data)
     top = node.create_publisher(Imu, '/right/data', qos_profile_sensor_data)
     while not (base.get_subscription_count() and top.get_subscription_count()):
         time.sleep(0.01)
-    time.sleep(0.2)
     dice = random.Random(3)
     began = time.monotonic()
     for k in range(int(seconds * RATE)):
@@ -48,8 +59,6 @@ def main():
                 message.linear_acceleration.y = a + G
             message.orientation_covariance[0] = -1.0
             publisher.publish(message)
-    time.sleep(60.0)
 
 
-with contextlib.suppress(KeyboardInterrupt):
-    main()
+main()

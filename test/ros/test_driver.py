@@ -31,7 +31,7 @@ def test_driver(lab, how):
     analyzer = lab.node('analyzer', NODE | silence, folder=str(out))
     script = Path(__file__).parent / 'driver.py'
     words = [str(x) for x in (HERTZ, MAGNITUDE, PHASE, 2.5)]
-    lab.run('driver', [sys.executable, str(script), *words])
+    driver = lab.run('driver', [sys.executable, str(script), *words])
     analyzer.says('analyzing /left/imu and /right/data')
     if how != 'silence':
         # what is on the disk grows in pieces; two seconds are well over 100 kB
@@ -44,6 +44,8 @@ def test_driver(lab, how):
         answer = ears.call('analyzer/save')
         assert answer.success and str(out) in answer.message
     assert analyzer.code() == 0, analyzer.log
+    driver.signal(signal.SIGTERM)
+    assert driver.code() == 0, driver.log
 
     run, estimate = kept(out)
     assert run['state'] == 'finished' and run['scenario'] == 'driver'
