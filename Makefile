@@ -9,13 +9,18 @@ SCENARIO ?= vertical_sweep
 
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 
-.PHONY: rig test lint soak benchmarks peers docs-picture browser clean
+.PHONY: rig test repeat lint soak transports benchmarks peers docs-picture browser clean
 
 rig: .venv
 	$(BIN)/qzs-rig rig $(SCENARIO)
 
 test: .venv browser lint
 	$(BIN)/python -m pytest
+
+# the tests with real processes N times in one session, all failures counted: make repeat N=10
+N ?= 10
+repeat: .venv browser
+	$(BIN)/python -m pytest --count $(N) --repeat-scope session -q test/ros test/faults test/cli
 
 lint: .venv
 	$(BIN)/ruff check .
@@ -36,6 +41,10 @@ browser:
 	  echo 'installing chromium and chromium-driver'; \
 	  if [ "$$(id -u)" = 0 ]; then S=; else S=sudo; fi; \
 	  $$S apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$S apt-get install -y -qq --no-install-recommends chromium chromium-driver >/dev/null; }
+
+# the rig over each of Fast DDS's transports (docs/dependencies.md), without other load: 20 minutes
+transports: .venv
+	$(BIN)/python benchmarks/transports.py
 
 # longer than a test should take: 60 s at 1 kHz by the clock, and a thousand seconds in lockstep
 soak: .venv

@@ -55,6 +55,7 @@ setup(
             'hypothesis>=6.90,<7',
             'mypy>=1.8,<3',
             'pytest>=8,<10',
+            'pytest-repeat>=0.9,<1',
             'ruff>=0.6,<1',
             'scipy>=1.11,<2',
             'selenium>=4.15,<5',

@@ -241,7 +241,7 @@ class Analyzer(Follower):
             response.message = (
                 'nothing to save' if driver else 'a run saves itself when it ends; see ~/abort'
             )
-        return response
+        return self.answer(response)
 
     # --- what people watch
 

@@ -33,9 +33,9 @@ PEER_STATUS: dict[str, Topic] = {
     'platform': wire.PLATFORM_STATUS,
     'analyzer': wire.ANALYZER_STATUS,
 }
-IN_FLIGHT = 160
-"""Samples under way in lockstep. Two Imu messages each: beyond 400 messages the middleware's
-shared-memory port (512 places) stalls."""
+IN_FLIGHT = 120
+"""Samples under way in lockstep. Two Imu messages each, which fit into the socket buffer that Linux
+allows by default (208 KiB); a shared-memory port (512 places) stalls beyond 400 messages."""
 DRAIN_S = 2.0
 """How long the peers may take for the last samples of a real-time run before they count as lost."""
 STALL_S = 5.0
@@ -281,7 +281,7 @@ class Lead(RigNode):
         response.message = 'ramping down' if response.success else f'no run is on ({self.state})'
         if response.success:
             self._ramp_down('aborted by the operator')
-        return response
+        return self.answer(response)
 
     def fail(self, error: RigError) -> None:
         if self.busy:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import time
 import traceback
 from collections.abc import Callable, Iterable
@@ -23,6 +24,9 @@ from qzs_rig.ros import parameters, qos
 from qzs_rig.wire import Topic
 
 Callback = Callable[[Any], object]
+ANSWER_S = 1.0
+"""How long a node that ends stays after its last answer: the news that it has left travels on
+another way, and an answer that comes after it is dropped."""
 FLUSH_S = {True: 5.0, False: 0.2}
 """How long a node that ends, after a finished run or not, waits for its messages to arrive: a
 listener slower than a run in lockstep would miss the end of it."""
@@ -62,6 +66,7 @@ class RigNode(LifecycleNode):
         self._lasting = self._held()
         self._suspects: dict[str, tuple[float, Callable[[], None]]] = {}
         self._awaited, self._awaited_at = '', 0.0
+        self._answered_at = -math.inf
 
     # --- what a subclass fills in
 
@@ -91,6 +96,16 @@ class RigNode(LifecycleNode):
     def parted(self) -> bool:
         """The peers have heard how this node ended."""
         return True
+
+    def answered(self) -> bool:
+        """Whoever called a service of this node has its answer."""
+        calm = time.monotonic() - self._answered_at > ANSWER_S
+        return calm or not any(self.count_clients(each.service_name) for each in self.services)
+
+    def answer(self, response: Any) -> Any:
+        """`response`, which somebody waits for."""
+        self._answered_at = time.monotonic()
+        return response
 
     def status(self) -> wire.Status:
         """The node's state for /diagnostics."""
@@ -124,6 +139,7 @@ class RigNode(LifecycleNode):
         return self._guarded(self._clean_up)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        self.answer(None)
         self.operator_stop('shutdown')
         return SUCCESS
 
@@ -157,6 +173,7 @@ class RigNode(LifecycleNode):
         self.attempt(self.tick)
 
     def _guarded(self, work: Callable[[], None]) -> TransitionCallbackReturn:
+        self.answer(None)  # an operator may have called for it
         outcome = None
         try:
             outcome = SUCCESS if self.attempt(work) else FAILURE

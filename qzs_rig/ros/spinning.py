@@ -81,7 +81,7 @@ def _spin(node: RigNode, stops: list[int]) -> int:
             node.operator_stop(signal.Signals(stops[0]).name)
             break
     until = time.monotonic() + PART_S
-    while not node.parted() and time.monotonic() < until:
+    while not node.answered() or (not node.parted() and time.monotonic() < until):
         executor.spin_until_future_complete(Future(), timeout_sec=0.01)
     return node.exit_code or 0
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+import sys
+import time
+
 import numpy as np
 import pytest
 from lifecycle_msgs.msg import Transition
@@ -107,3 +111,42 @@ def test_deactivated_while_it_waits(lab):
     assert ears.got['base/motion'] == []
     assert not (lab.folder / 'out').exists()
     assert platform.running and analyzer.running
+
+
+CALLER = """
+import os
+import signal
+
+import rclpy
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+
+rclpy.init()
+node = rclpy.create_node('caller')
+change = node.create_client(ChangeState, 'exciter/change_state')
+look = node.create_client(GetState, 'exciter/get_state')
+for client in (change, look):
+    client.wait_for_service()
+rclpy.spin_until_future_complete(node, look.call_async(GetState.Request()))
+verb = Transition(id=Transition.TRANSITION_DEACTIVATE)
+future = change.call_async(ChangeState.Request(transition=verb))
+os.kill(os.getpid(), signal.SIGSTOP)
+rclpy.spin_until_future_complete(node, future, timeout_sec=20.0)
+print(future.result(), flush=True)
+node.destroy_node()
+rclpy.shutdown()
+"""
+
+
+def test_a_slow_caller_gets_the_answer_of_a_node_that_ends(lab):
+    """The node ends because of the call; its answer must not be overtaken by its leaving."""
+    exciter = lab.node('exciter')
+    exciter.says('waiting for node platform')
+    caller = lab.run('caller', [sys.executable, '-c', CALLER])
+    exciter.says('aborted: deactivated by the operator')
+    began = time.monotonic()
+    wait_until(lambda: not exciter.running or time.monotonic() > began + 0.5, 'half a second')
+    caller.signal(signal.SIGCONT)
+    assert caller.code() == 0, caller.log
+    assert 'success=True' in caller.out
+    assert exciter.code() == 1

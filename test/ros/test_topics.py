@@ -8,12 +8,18 @@ from itertools import groupby
 
 import numpy as np
 import pytest
-from ros_support import SAMPLES, SHORT, Lab
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from ros_support import ROLES, SAMPLES, SHORT, Lab
 
 from qzs_rig import wire
 from qzs_rig.dof import DOFS
 from qzs_rig.estimation.estimate import from_document
 
+CONFIGURE, ACTIVATE = (
+    ChangeState.Request(transition=Transition(id=number))
+    for number in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)
+)
 DRIVEN = ('vertical', 'horizontal')
 SPEC = SHORT | {'excitation.amplitude.horizontal': 0.5}
 LIVE = {
@@ -27,10 +33,14 @@ LIVE = {
 def heard(tmp_path_factory):
     """Everything that was said during a lockstep run."""
     with Lab(tmp_path_factory.mktemp('topics')) as lab:
-        ears = lab.ears(*wire.TOPICS.values(), *LIVE.values())
+        services = (('analyzer/change_state', ChangeState),)
+        ears = lab.ears(*wire.TOPICS.values(), *LIVE.values(), services=services)
         exciter, platform = lab.node('exciter', SPEC), lab.node('platform', SPEC)
-        ears.known_to('exciter', 'platform')
-        analyzer = lab.node('analyzer', SPEC, folder=str(lab.folder / 'out'))
+        # nobody starts before the analyzer is activated, and by then all know these ears
+        analyzer = lab.node('analyzer', SPEC, folder=str(lab.folder / 'out'), autostart=False)
+        assert ears.call('analyzer/change_state', CONFIGURE).success
+        ears.known_to(*ROLES)
+        assert ears.call('analyzer/change_state', ACTIVATE).success
         assert [node.code() for node in (exciter, platform, analyzer)] == [0, 0, 0]
         late = lab.ears(wire.RUN)
         ears.wait('base/imu', SAMPLES)
