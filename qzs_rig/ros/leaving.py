@@ -39,8 +39,8 @@ def leave(code: int) -> None:
     os._exit(code)
 
 
-def leave_within(seconds: float, code: int) -> None:
-    """End the process with `code` after `seconds`, whole ones, unless it has ended by then.
+def leave_within(seconds: int, code: int) -> None:
+    """End the process with `code` after `seconds`, unless it has ended by then.
 
     rclpy takes leave of the middleware in C++ and keeps the interpreter locked meanwhile. Should it
     hang there, no thread or signal handler of Python's would run, and faulthandler's own watchdog
@@ -52,9 +52,10 @@ def leave_within(seconds: float, code: int) -> None:
         faulthandler.dump_traceback_later(seconds, exit=True)
         return
     faulthandler.dump_traceback_later(seconds - 0.5)
+    # where `_exit` finds its argument, the timer's thread puts the event's value
     end = ctypes.cast(library._exit, ctypes.c_void_p).value
     event = _Event(value=code, kind=SIGEV_THREAD, function=end)
     timer = ctypes.c_void_p()
     library.timer_create(CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer))
-    after = _Period(after_s=int(seconds))
+    after = _Period(after_s=seconds)
     library.timer_settime(timer, 0, ctypes.byref(after), None)

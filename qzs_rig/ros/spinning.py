@@ -69,17 +69,14 @@ def _spin(node: RigNode, stops: list[int]) -> int:
     node.start()
     never: Future[None] = Future()
 
-    def wake() -> None:
-        finished = node.exit_code == 0 and not node.stopped
-        leave_within(LEAVE_S[finished], node.exit_code or 0)
-        never.set_result(None)
-
-    node.wake = wake
+    node.wake = lambda: never.set_result(None)
     while node.exit_code is None:
         executor.spin_until_future_complete(never, timeout_sec=SLICE_S)
         if stops:
             node.operator_stop(signal.Signals(stops[0]).name)
             break
+    finished = node.exit_code == 0 and not node.stopped
+    leave_within(LEAVE_S[finished], node.exit_code or 0)
     until = time.monotonic() + PART_S
     while not node.answered() or (not node.parted() and time.monotonic() < until):
         executor.spin_until_future_complete(Future(), timeout_sec=0.01)

@@ -18,7 +18,7 @@ def hang(self):
     ctypes.PyDLL(None).sleep(1000)
 
 analyzer.Analyzer.destroy_node = hang
-spinning.LEAVE_S = {True: 2, False: 1}
+spinning.LEAVE_S = {True: 3, False: 2}
 analyzer.main()
 """
 
