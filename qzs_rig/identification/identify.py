@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import chdtri
 
 from qzs_rig.errors import InputError
 from qzs_rig.identification.advice import Advice, advice
@@ -14,7 +15,6 @@ from qzs_rig.identification.fit import HARMONICS, Fit, cost, fits
 from qzs_rig.identification.intervals import LEVEL, Interval, intervals
 from qzs_rig.identification.lag import iso_limit
 from qzs_rig.identification.points import Points
-from qzs_rig.identification.quantiles import chi_square
 from qzs_rig.identification.residuals import Set
 from qzs_rig.identification.response import Response, followed
 from qzs_rig.identification.start import idle
@@ -121,7 +121,7 @@ def _refuse_idle(wanted: Unknowns, parts: Sequence[Points]) -> None:
 
 def _rivals(best: Fit, other: Fit) -> bool:
     """Whether `other` fits so nearly as well that it cannot be ruled out with RULED_OUT."""
-    return cost(other, best) - cost(best, best) < chi_square(RULED_OUT, 1)
+    return cost(other, best) - cost(best, best) < float(chdtri(1, 1.0 - RULED_OUT))
 
 
 def _hull(
@@ -156,7 +156,7 @@ def _cautions(
             f'{len(rivals) + 1} solutions fit alike: {each}. The intervals span them all; phases, '
             'or points nearer to the jumps, would tell them apart'
         )
-    if known.excess > chi_square(LEVEL, fit.freedom) / fit.freedom:
+    if known.excess > float(chdtri(fit.freedom, 1.0 - LEVEL)) / fit.freedom:
         said.append(
             f'the fit misses by {known.excess**0.5:.2f} times the standard deviations given; '
             'the intervals are widened by that. The law may not be the right one'

@@ -12,11 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from qzs_rig.identification.covariance import Covariance
 from qzs_rig.identification.fit import Fit
 from qzs_rig.identification.least_squares import Trial, minimise
-from qzs_rig.identification.quantiles import student
 from qzs_rig.identification.residuals import State, evaluate
 from qzs_rig.timehistory import Array
 
@@ -45,7 +45,7 @@ class Interval:
 
 def intervals(fit: Fit, known: Covariance) -> tuple[Interval, ...]:
     """One for each parameter."""
-    t = student(1.0 - (1.0 - LEVEL) / (2 * len(fit.values)), max(fit.freedom, 1))
+    t = float(stdtrit(max(fit.freedom, 1), 1.0 - (1.0 - LEVEL) / (2 * len(fit.values))))
     sighted = bool(np.all(known.std <= fit.unknowns.scale))
     found = []
     for k, (item, std) in enumerate(zip(fit.unknowns.items, known.std.tolist(), strict=True)):

@@ -56,7 +56,7 @@ HOMES = {
     'dask': {'campaign'},
     'distributed': {'campaign'},
     'pyarrow': {'campaign'},
-    'scipy': set(),
+    'scipy': {'identification'},
     'pandas': set(),
 }
 """The only packages that may import a dependency; messages of ROS count as rclpy."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import optimize, stats
+from scipy import optimize
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
@@ -15,24 +15,11 @@ from qzs_rig.identification.fold import Fold, fold_near, left_null
 from qzs_rig.identification.lag import iso_limit, swept_over_steady
 from qzs_rig.identification.least_squares import Trial, minimise
 from qzs_rig.identification.plant import plant
-from qzs_rig.identification.quantiles import chi_square, student
 from qzs_rig.identification.response import followed, nearest, sensitivity
 from qzs_rig.identification.seeds import ratios
 from qzs_rig.identification.unknowns import unknowns
 from qzs_rig.theory.balance.harmonic_balance import steady
 from qzs_rig.theory.balance.response import frequency_response
-
-
-@pytest.mark.parametrize('freedom', [1, 2, 5, 30, 400])
-def test_student_is_scipys(freedom):
-    assert student(0.975, freedom) == pytest.approx(stats.t.ppf(0.975, freedom), rel=1e-8)
-
-
-@pytest.mark.parametrize('freedom', [3, 10, 100])
-@pytest.mark.parametrize('probability', [0.9, 0.95, 0.99])
-def test_chi_square_is_scipys_to_one_percent(freedom, probability):
-    expected = stats.chi2.ppf(probability, freedom)
-    assert chi_square(probability, freedom) == pytest.approx(expected, rel=0.01)
 
 
 def test_least_squares_is_scipys():
