@@ -1,4 +1,4 @@
-"""The folder of a run: where it is, what is in it, and that nothing in it is ever overwritten."""
+"""The folder of a run: where it is and what is in it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from qzs_rig.errors import InputError
+from qzs_rig import files
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.prediction import document, labels
 from qzs_rig.prediction.curve import Prediction
@@ -21,23 +21,6 @@ def new_folder(scenario: str, run_id: str, root: str = ROOT) -> Path:
     """`runs/<time>_<scenario>_<id>`, not created yet."""
     name = Path(scenario).stem or 'run'
     return Path(root) / f'{time.strftime("%Y%m%d-%H%M%S")}_{name}_{run_id}'
-
-
-def refuse_occupied(folder: Path) -> None:
-    """Raises InputError where `folder` is a file or holds anything."""
-    if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
-        raise InputError(f'{folder} is occupied; nothing is overwritten: give another --out')
-
-
-def keep(path: Path, text: str) -> Path:
-    """Write a new file in one step; raises InputError where one is already there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if path.exists():
-        raise InputError(f'{path} is already there; nothing is overwritten: give another --out')
-    partial = path.with_name(f'.{path.name}.partial')
-    partial.write_text(text, encoding='utf-8')
-    partial.replace(path)
-    return path
 
 
 def run_document(
@@ -70,7 +53,7 @@ def keep_theory(
     theory = document.to_document(run_id, predictions)
     match = labels.to_document(run_id, labels.label_all(estimate, predictions))
     for name, content in (('theory.json', theory), ('match.json', match)):
-        keep(folder / name, json.dumps(content, allow_nan=False) + '\n')
+        files.write_new(folder / name, json.dumps(content, allow_nan=False) + '\n')
 
 
 def theory_in(folder: Path) -> tuple[Prediction, ...] | None:
@@ -79,8 +62,3 @@ def theory_in(folder: Path) -> tuple[Prediction, ...] | None:
     if not path.is_file():
         return None
     return document.from_document(json.loads(path.read_text(encoding='utf-8')))
-
-
-def keep_document(path: Path, content: dict[str, Any]) -> Path:
-    """`keep` for JSON."""
-    return keep(path, json.dumps(content, allow_nan=False, indent=1) + '\n')

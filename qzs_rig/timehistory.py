@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,8 +89,3 @@ def index_of(stamp_ns: int, start_ns: int, step_ns: int) -> int:
             f'from {start_ns} ns; give all nodes the same run.rate'
         )
     return index
-
-
-def finite_or_none(values: Iterable[float]) -> list[float | None]:
-    """`values` for JSON, which knows no NaN: None for what is not finite."""
-    return [float(value) if math.isfinite(value) else None for value in values]

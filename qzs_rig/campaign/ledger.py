@@ -10,7 +10,6 @@ from __future__ import annotations
 import fcntl
 import io
 import json
-import os
 import shutil
 import zipfile
 from collections.abc import Iterator
@@ -25,6 +24,7 @@ from qzs_rig import __version__
 from qzs_rig.campaign.part import Part
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.errors import InputError
+from qzs_rig.files import rewrite
 
 SCHEMA = 'qzs_rig/campaign/1'
 TABLES = ('table.npz', 'table.parquet')
@@ -51,7 +51,7 @@ class Ledger:
         page = io.BytesIO()
         words = np.array(part.reasons, dtype=np.str_)
         np.savez(page, code=part.code, reasons=words, **part.columns)  # type: ignore[arg-type]
-        write_whole(self._path(number), page.getvalue())
+        rewrite(self._path(number), page.getvalue())
 
     def column(self, number: int, name: str) -> Any:
         """One column of a kept chunk; also `code` and `reasons`."""
@@ -118,21 +118,11 @@ def differences(mine: Any, theirs: Any, name: str = '') -> list[str]:
     return [] if mine == theirs else [f'{name} is {_told(mine)} here, {_told(theirs)} there']
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """A file that is complete on the disk, or not there."""
-    partial = path.with_name(f'.{path.name}.partial')
-    with partial.open('wb') as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(path)
-
-
 def _sign(folder: Path, plan: Plan) -> None:
     path = folder / 'campaign.json'
     mine = json.loads(json.dumps({'schema': SCHEMA, 'version': __version__, **plan.document}))
     if not path.exists():
-        write_whole(path, (json.dumps(mine, indent=1) + '\n').encode())
+        rewrite(path, json.dumps(mine, indent=1) + '\n')
         return
     try:
         theirs = json.loads(path.read_text(encoding='utf-8'))

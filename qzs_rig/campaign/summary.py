@@ -10,6 +10,7 @@ import numpy as np
 from qzs_rig.campaign.ledger import SCHEMA
 from qzs_rig.campaign.table import Finished
 from qzs_rig.compare.tables import Table, number
+from qzs_rig.files import number_or_none
 
 SHOWN = 5
 """Reasons named in the text; the document has them all."""
@@ -51,9 +52,9 @@ class Summary:
                 s.name: {
                     'unit': s.unit,
                     'numbers': s.numbers,
-                    'min': _or_none(s.low),
-                    'median': _or_none(s.median),
-                    'max': _or_none(s.high),
+                    'min': number_or_none(s.low),
+                    'median': number_or_none(s.median),
+                    'max': number_or_none(s.high),
                 }
                 for s in self.spreads
             },
@@ -88,7 +89,3 @@ def _spread(table: Finished, name: str, unit: str) -> Spread:
         return Spread(name, unit, 0, np.nan, np.nan, np.nan)
     figures = (float(f(values)) for f in (np.min, np.median, np.max))
     return Spread(name, unit, values.size, *figures)
-
-
-def _or_none(value: float) -> float | None:
-    return value if np.isfinite(value) else None

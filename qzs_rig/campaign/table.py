@@ -23,6 +23,7 @@ from qzs_rig.campaign.ledger import SCHEMA, Ledger
 from qzs_rig.campaign.part import Codes
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.errors import InputError
+from qzs_rig.files import rewriting
 
 FORMATS = ('npz', 'parquet')
 GROUP = 65_536
@@ -82,10 +83,8 @@ def write(ledger: Ledger, kind: str) -> Finished:
     """The table of a complete ledger; memory holds one chunk of one column, or
     a row group of Parquet."""
     path = ledger.folder / f'table.{kind}'
-    partial = path.with_name(f'.{path.name}.partial')
-    reasons = _reasons(ledger)
-    (_write_npz if kind == 'npz' else _write_parquet)(ledger, reasons, partial)
-    partial.replace(path)
+    with rewriting(path) as draft:
+        (_write_npz if kind == 'npz' else _write_parquet)(ledger, _reasons(ledger), draft)
     return Finished(path)
 
 

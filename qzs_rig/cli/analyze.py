@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import runfolder
+from qzs_rig import files, runfolder
 from qzs_rig.cli import options as shared
 from qzs_rig.compare.match import compare
 from qzs_rig.compare.report import event_table, write_report
@@ -33,7 +33,7 @@ def add_to(verbs: Any) -> None:
 def execute(options: argparse.Namespace) -> int:
     """Analyze, maybe keep, print."""
     if options.out:
-        runfolder.refuse_occupied(options.out)
+        files.refuse_occupied(options.out)
     analysis = analyze(options.bag, options.assignments)
     name = analysis.sheet.run_id if analysis.sheet else options.bag.name
     text = event_table([(name, analysis.estimate)])
@@ -43,7 +43,7 @@ def execute(options: argparse.Namespace) -> int:
         predictions = predict(analysis.spec) if analysis.sheet else ()
         if analysis.sheet:
             runfolder.keep_theory(options.out, name, predictions, analysis.estimate)
-        path = runfolder.keep(options.out / 'estimate.json', analysis.estimate.to_json() + '\n')
+        path = files.write_new(options.out / 'estimate.json', analysis.estimate.to_json() + '\n')
         write_report(
             options.out / 'report.html',
             f'{options.bag.name}: transmissibility',

@@ -15,10 +15,10 @@ from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table, number
 from qzs_rig.drawing.motions import HUES, Field, Scene, Wave, drawn
 from qzs_rig.errors import InputError, RigError
+from qzs_rig.files import finite_or_none
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, basin
 from qzs_rig.theory.motion.jump_margin import JumpMargin, jump_margin
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import finite_or_none
 
 NO_OTHER = 'no kick or rise leads to a motion whose T differs by more than 5 %'
 

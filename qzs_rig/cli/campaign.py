@@ -13,7 +13,7 @@ from qzs_rig.campaign import perform, picture, plan, shipped, table
 from qzs_rig.campaign.cluster import AHEAD as AHEAD_OF_CLUSTER
 from qzs_rig.campaign.cluster import Cluster
 from qzs_rig.campaign.estimate import Expected, expected
-from qzs_rig.campaign.ledger import TABLES, write_whole
+from qzs_rig.campaign.ledger import TABLES
 from qzs_rig.campaign.perform import Performed
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.summary import summary
@@ -22,6 +22,7 @@ from qzs_rig.campaign.threads import AHEAD, Threads
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError, RunAbortedError
+from qzs_rig.files import rewrite
 
 ROOT = Path('campaigns')
 
@@ -215,7 +216,7 @@ def _picture(wanted: Plan, done: Performed, name: str) -> Path | None:
             file=sys.stderr,
         )
         return None
-    write_whole(path, drawn)
+    rewrite(path, drawn)
     return path
 
 

@@ -10,8 +10,8 @@ from typing import Any
 
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
-from qzs_rig.compare.save import refuse_existing
 from qzs_rig.errors import InputError
+from qzs_rig.files import refuse_existing
 from qzs_rig.paper_figures import FIGURES
 
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import offline, runfolder, scenario
+from qzs_rig import files, offline, scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError
@@ -80,7 +80,7 @@ def execute(options: argparse.Namespace) -> int:
     if options.source is None:
         raise InputError('nothing to identify; give a run folder, a bag or a CSV, or --paper')
     if options.out is not None:
-        runfolder.refuse_occupied(options.out)
+        files.refuse_occupied(options.out)
     spec, parts = _measured(options)
     names = tuple(options.fit.split(',')) if options.fit else DEFAULT
     with bar(1.0, 'of the fit', 'fitting') as progress:
@@ -113,8 +113,8 @@ def _measured(options: argparse.Namespace) -> tuple[RunSpec, list[Points]]:
 
 def _written(folder: Path, found: Identified, document: dict[str, Any]) -> list[Path]:
     paths = [
-        runfolder.keep(folder / 'fitted.yaml', found.spec.to_yaml()),
-        runfolder.keep_document(folder / 'identification.json', document),
+        files.write_new(folder / 'fitted.yaml', found.spec.to_yaml()),
+        files.write_new_json(folder / 'identification.json', document),
     ]
     try:
         paths += picture.written(folder, found)

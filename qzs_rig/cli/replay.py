@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import runfolder
+from qzs_rig import files
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.nodes import Nodes, environment, need_ros
 from qzs_rig.errors import InputError
@@ -58,7 +58,7 @@ def execute(options: argparse.Namespace) -> int:
             f'--rate {options.rate} is out of range; give a factor above 0, up to 1000'
         )
     if options.out:
-        runfolder.refuse_occupied(options.out)
+        files.refuse_occupied(options.out)
     need_ros()
     spec = recorded_spec(options.bag, options.assignments)
     feeds = 'platform' if options.topics == 'motion' else 'analyzer'

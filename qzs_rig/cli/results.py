@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from qzs_rig.compare.save import write_new
+from qzs_rig.files import write_new
 
 
 def pictures(folder: Path, name: str, draw: Callable[[str], bytes]) -> list[Path]:

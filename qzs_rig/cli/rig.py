@@ -9,7 +9,7 @@ import uuid
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import runfolder, scenario
+from qzs_rig import files, runfolder, scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.nodes import Nodes, environment, need_ros
 from qzs_rig.cli.outcome import caution, present
@@ -45,7 +45,7 @@ def execute(options: argparse.Namespace) -> int:
     run_id = uuid.uuid4().hex[:8]
     folder = options.out or runfolder.new_folder(Path(options.scenario).stem, run_id)
     folder = folder.absolute()
-    runfolder.refuse_occupied(folder)
+    files.refuse_occupied(folder)
     with environment() as env:
         print(f'nodes in ROS_DOMAIN_ID={env["ROS_DOMAIN_ID"]}', file=sys.stderr)
         return _perform(options, Nodes(spec, env), spec, folder, run_id)
@@ -122,6 +122,4 @@ def _finish(options: argparse.Namespace, nodes: Nodes, spec: RunSpec, folder: Pa
 
 def _complete(path: Path, document: dict[str, Any]) -> None:
     """Put what only this process knows into the run's own run.json."""
-    partial = path.with_name('.run.json.partial')
-    partial.write_text(json.dumps(document, indent=1) + '\n', encoding='utf-8')
-    partial.replace(path)
+    files.rewrite(path, json.dumps(document, indent=1) + '\n')

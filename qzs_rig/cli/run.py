@@ -10,7 +10,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import rig, runfolder, scenario, wire
+from qzs_rig import files, rig, runfolder, scenario, wire
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.outcome import caution, present
 from qzs_rig.cli.progress import bar
@@ -45,7 +45,7 @@ def execute(options: argparse.Namespace) -> int:
     spec = scenario.load(options.scenario, options.assignments)
     run_id = uuid.uuid4().hex[:8]
     folder = options.out or runfolder.new_folder(options.scenario, run_id)
-    runfolder.refuse_occupied(folder)
+    files.refuse_occupied(folder)
     sheet = sheet_of(spec, options.scenario, run_id)
     recorder = None if options.no_bag else Recorder(folder, spec, sheet)
     predictions = predict(spec)
@@ -70,7 +70,7 @@ def execute(options: argparse.Namespace) -> int:
     if recorder:
         recorder.close(sheet.of(state=state, reason=result.stopped, samples=result.samples))
     caution(result.cautions)
-    path = runfolder.keep(folder / 'estimate.json', result.estimate.to_json() + '\n')
+    path = files.write_new(folder / 'estimate.json', result.estimate.to_json() + '\n')
     runfolder.keep_theory(folder, run_id, predictions, result.estimate)
     counts = {'published': result.samples, 'received': result.samples, 'lost': 0, 'duplicated': 0}
     document = runfolder.run_document(
@@ -84,7 +84,7 @@ def execute(options: argparse.Namespace) -> int:
         reason=result.stopped,
         scenario=sheet.scenario,
     )
-    runfolder.keep_document(folder / 'run.json', document)
+    files.write_new_json(folder / 'run.json', document)
     return present(options, document, result.estimate, spec, folder, predictions)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -19,6 +18,7 @@ from qzs_rig.compare.match_theory import TheoryDifference, theory_difference, th
 from qzs_rig.compare.tables import Table
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate
+from qzs_rig.files import number_or_none
 from qzs_rig.prediction.curve import Prediction
 
 SCHEMA = 'qzs_rig/compare/1'
@@ -90,7 +90,7 @@ def _plain(row: dict[str, Any]) -> dict[str, Any]:
         if isinstance(value, np.ndarray | tuple):
             return [plain(item) for item in value]
         if isinstance(value, float):
-            return float(value) if math.isfinite(value) else None
+            return number_or_none(value)
         return value
 
     return {name: plain(value) for name, value in row.items()}

@@ -33,8 +33,8 @@ from qzs_rig.compare.panels import (
     shown,
     theory_line,
 )
-from qzs_rig.compare.save import refuse_existing, write_new
 from qzs_rig.errors import InputError
+from qzs_rig.files import refuse_existing, write_new
 from qzs_rig.prediction.curve import Prediction
 
 if TYPE_CHECKING:

@@ -27,7 +27,8 @@ from qzs_rig.compare.panels import (
     shown,
 )
 from qzs_rig.compare.theory_traces import point_texts, theory_traces
-from qzs_rig.compare.traces import Document, escaped, hover, number, numbers
+from qzs_rig.compare.traces import Document, escaped, hover
+from qzs_rig.files import finite_or_none, number_or_none
 from qzs_rig.prediction.curve import Prediction
 
 MANY_POINTS = 150
@@ -67,19 +68,27 @@ def _curve_traces(item: Shown, several: bool, with_thd: bool, texts: list[str]) 
     quiet = {'mode': 'lines', 'showlegend': False}
     traces = [
         style
-        | {'x': numbers(curve.frequency_hz), 'y': numbers(curve.magnitude)}
+        | {'x': finite_or_none(curve.frequency_hz), 'y': finite_or_none(curve.magnitude)}
         | {'mode': 'lines+markers', 'marker': _markers(item, colour)}
         | {'hovertemplate': hover('T', '%{text}'), 'text': texts},
         style
         | quiet
-        | {'x': numbers(phase.frequency_hz), 'y': numbers(phase.phase_deg), 'yaxis': 'y2'}
+        | {
+            'x': finite_or_none(phase.frequency_hz),
+            'y': finite_or_none(phase.phase_deg),
+            'yaxis': 'y2',
+        }
         | {'hovertemplate': hover('phase', '°')},
     ]
     if with_thd:
         traces.append(
             style
             | quiet
-            | {'x': numbers(curve.frequency_hz), 'y': numbers(100 * curve.thd), 'yaxis': 'y3'}
+            | {
+                'x': finite_or_none(curve.frequency_hz),
+                'y': finite_or_none(100 * curve.thd),
+                'yaxis': 'y3',
+            }
             | {'hovertemplate': hover('THD', ' %')}
         )
     if item.events:
@@ -106,10 +115,10 @@ def _event_trace(item: Shown, name: str, colour: str) -> Document:
         'name': f'{name}, events',
         'legendgroup': f'{item.item} {name}',
         'showlegend': False,
-        'x': [number(event.frequency_hz) for event in events],
-        'y': [number(event.magnitude) for event in events],
+        'x': [number_or_none(event.frequency_hz) for event in events],
+        'y': [number_or_none(event.magnitude) for event in events],
         'text': [escaped(event_name(event.kind)) for event in events],
-        'customdata': [number(event.resolution_hz) for event in events],
+        'customdata': [number_or_none(event.resolution_hz) for event in events],
         'marker': {
             'symbol': [event_mark(event.kind).plotly for event in events],
             'size': 12,

@@ -9,7 +9,6 @@ from qzs_rig.compare.events import event_table, events_table
 from qzs_rig.compare.page import page
 from qzs_rig.compare.panels import Labelled, dofs_of
 from qzs_rig.compare.picture import write_picture
-from qzs_rig.compare.save import refuse_existing, write_new
 from qzs_rig.compare.sections import (
     figure_section,
     header,
@@ -18,6 +17,7 @@ from qzs_rig.compare.sections import (
     table_section,
 )
 from qzs_rig.compare.tables import Table
+from qzs_rig.files import refuse_existing, write_new
 from qzs_rig.prediction.curve import Prediction
 
 __all__ = ['event_table', 'report_page', 'write_picture', 'write_report']

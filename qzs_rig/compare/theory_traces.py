@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from qzs_rig.compare.look import FOLD_MARKS
 from qzs_rig.compare.names import event_name
 from qzs_rig.compare.panels import theory_line
-from qzs_rig.compare.traces import Document, escaped, hover, number, numbers
+from qzs_rig.compare.traces import Document, escaped, hover
 from qzs_rig.estimation.estimate import Curve
+from qzs_rig.files import finite_or_none, number_or_none
 from qzs_rig.prediction.curve import Fold, Prediction
 from qzs_rig.prediction.labels import NONE, label
 
@@ -25,15 +26,17 @@ def theory_traces(theory: Prediction, colour: str) -> list[Document]:
         style = {
             'type': 'scatter',
             'mode': 'lines',
-            'x': numbers(line.frequency_hz),
+            'x': finite_or_none(line.frequency_hz),
             'name': name,
             'legendgroup': name,
             'line': {'color': colour, 'width': 1.1, 'dash': 'solid' if stable else '5px,4px'},
         }
-        traces.append(style | {'y': numbers(line.magnitude), 'hovertemplate': hover('T', '')})
+        traces.append(
+            style | {'y': finite_or_none(line.magnitude), 'hovertemplate': hover('T', '')}
+        )
         traces.append(
             style
-            | {'y': numbers(line.phase_deg), 'yaxis': 'y2', 'showlegend': False}
+            | {'y': finite_or_none(line.phase_deg), 'yaxis': 'y2', 'showlegend': False}
             | {'hovertemplate': hover('phase', '°')}
         )
     return [*traces, _fold_trace(theory, colour)] if theory.folds else traces
@@ -44,8 +47,8 @@ def _fold_trace(theory: Prediction, colour: str) -> Document:
         'type': 'scatter',
         'mode': 'markers',
         'name': escaped(f'{theory.label}, folds'),
-        'x': [number(fold.frequency_hz) for fold in theory.folds],
-        'y': [number(fold.transmissibility[0]) for fold in theory.folds],
+        'x': [number_or_none(fold.frequency_hz) for fold in theory.folds],
+        'y': [number_or_none(fold.transmissibility[0]) for fold in theory.folds],
         'text': [escaped(_fold_text(fold)) for fold in theory.folds],
         'marker': {
             'symbol': [FOLD_MARKS[fold.kind].plotly for fold in theory.folds],

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from qzs_rig.compare.page import page as html_page
-from qzs_rig.compare.save import write_new
 from qzs_rig.compare.sections import header, table_section
 from qzs_rig.compare.tables import Table
 from qzs_rig.datasheet.figures import POINTS, SPANS
@@ -17,6 +16,7 @@ from qzs_rig.datasheet.summary import Summary
 from qzs_rig.dof import DOFS
 from qzs_rig.drawing.interactive import section
 from qzs_rig.drawing.sheet import Sheet
+from qzs_rig.files import write_new
 from qzs_rig.mechanics import statics
 
 COLUMNS = 'law,dof,x,force,stiffness'

@@ -6,11 +6,10 @@ import json
 from html import escape
 from typing import Any
 
-import numpy as np
-
 from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.drawing.still import LINE_WIDTHS, hue, one_key
+from qzs_rig.files import finite_or_none
 from qzs_rig.timehistory import Array
 
 KEYS = {
@@ -107,5 +106,4 @@ def _dash(line: Line) -> str:
 
 
 def _numbers(values: Array) -> list[float | None]:
-    rounded = [float(f'{value:.7g}') for value in values]
-    return [value if np.isfinite(value) else None for value in rounded]
+    return finite_or_none(float(f'{value:.7g}') for value in values)

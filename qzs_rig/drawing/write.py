@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from qzs_rig.compare.save import write_new
 from qzs_rig.drawing.sheet import Sheet
 from qzs_rig.drawing.still import still
+from qzs_rig.files import write_new
 
 
 def pictures(folder: Path, sheets: Sequence[Sheet]) -> list[Path]:

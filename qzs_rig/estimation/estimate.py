@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.timehistory import Array, finite_or_none
+from qzs_rig.files import finite_or_none
+from qzs_rig.timehistory import Array
 
 SCHEMA = 'qzs_rig/estimate/1'
 DIRECTIONS = ('forward', 'reverse', 'none')

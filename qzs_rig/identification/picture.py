@@ -10,7 +10,7 @@ import numpy as np
 
 from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE, hue
 from qzs_rig.compare.names import direction_name, dof_name
-from qzs_rig.compare.save import write_new
+from qzs_rig.files import write_new
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.plant import plant
 from qzs_rig.identification.residuals import Set

@@ -9,11 +9,11 @@ from pathlib import Path
 from qzs_rig.compare.page import page
 from qzs_rig.compare.picture import write_picture
 from qzs_rig.compare.report import write_report
-from qzs_rig.compare.save import write_new
 from qzs_rig.compare.sections import header
 from qzs_rig.drawing.interactive import section
 from qzs_rig.drawing.sheet import Sheet
 from qzs_rig.drawing.write import pictures
+from qzs_rig.files import write_new
 from qzs_rig.paper_figures.measured import Measured
 
 

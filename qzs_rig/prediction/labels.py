@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.estimation.estimate import Curve, Estimate
+from qzs_rig.files import finite_or_none
 from qzs_rig.prediction.curve import Branch, Prediction
-from qzs_rig.timehistory import Array, finite_or_none
+from qzs_rig.timehistory import Array
 
 SCHEMA = 'qzs_rig/match/1'
 NONE = 'none'

@@ -10,7 +10,7 @@ from typing import Any
 
 from std_srvs.srv import Trigger
 
-from qzs_rig import runfolder, wire
+from qzs_rig import files, runfolder, wire
 from qzs_rig.analysis import AnalyzerStage
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.parameters import dofs_of
@@ -165,7 +165,7 @@ class Analyzer(Follower):
         self._recording.sheet(end_ns, sheet)
         self._recording.close()
         self._recording = None
-        path = runfolder.keep(self._folder / 'estimate.json', estimate.to_json() + '\n')
+        path = files.write_new(self._folder / 'estimate.json', estimate.to_json() + '\n')
         if self._predictions:
             runfolder.keep_theory(self._folder, sheet.run_id, self._predictions, estimate)
         document = runfolder.run_document(
@@ -179,7 +179,7 @@ class Analyzer(Follower):
             reason=sheet.reason,
             scenario=sheet.scenario,
         )
-        runfolder.keep_document(self._folder / 'run.json', document)
+        files.write_new_json(self._folder / 'run.json', document)
         self._live.conclude(estimate)
         self.get_logger().info(f'kept {self._folder}')
 

@@ -16,7 +16,7 @@ ROOT = Path(qzs_rig.__file__).parent
 
 LAYERS = (
     {'__init__', 'errors', 'dof', 'gravity'},
-    {'timehistory', 'cdr', 'parameters'},
+    {'files', 'timehistory', 'cdr', 'parameters'},
     {'excitation', 'mechanics', 'sensing', 'estimation'},
     {'scenario', 'theory', 'wire', 'bag'},
     {'prediction'},

@@ -39,7 +39,7 @@ def test_scenario_is_written_once(told, tmp_path):
     assert told(*WISH, '--yaml', str(path))[0] == 0
     assert scenario.load(str(path)).number('platform.m') == 50.0
     code, out, err = told(*WISH, '--yaml', str(path))
-    assert (code, out) == (2, '') and 'never overwritten' in err
+    assert (code, out) == (2, '') and 'nothing is overwritten' in err
 
 
 def test_check_warns_of_table_1(told):

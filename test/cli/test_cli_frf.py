@@ -124,7 +124,7 @@ def test_files(told, tmp_path):
     assert '"type": "log"' in page
     code, _, err = told('--zeta', '0.1', *QUICK, '--out', str(tmp_path))
     assert code == 2
-    assert 'never overwritten' in err
+    assert 'nothing is overwritten' in err
 
 
 def test_without_matplotlib_the_page_stays(told, tmp_path, monkeypatch):

@@ -84,7 +84,7 @@ def test_files_of_a_diagram(told, tmp_path):
     assert [float(row['w']) for row in rows] == arrays['vertical_from_rest_w'][:, -1].tolist()
     code, _, err = told(*FIGURE_13, '--out', str(folder))
     assert code == 2
-    assert 'is never overwritten' in err
+    assert 'nothing is overwritten' in err
 
 
 def test_figures_15_to_18(told, tmp_path):

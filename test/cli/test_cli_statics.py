@@ -118,7 +118,7 @@ def test_nothing_is_overwritten(told, tmp_path):
     told('statics', '--out', str(tmp_path))
     code, _, err = told('statics', '--out', str(tmp_path))
     assert code == 2
-    assert 'never overwritten' in err
+    assert 'nothing is overwritten' in err
 
 
 def test_without_matplotlib_page_and_curves_are_written(told, tmp_path, monkeypatch):
