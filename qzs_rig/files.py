@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import math
 import os
-import tempfile
+import uuid
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,15 +20,10 @@ def write_new(path: Path, content: bytes | str) -> Path:
     Raises InputError where the file exists or its folder cannot take it.
     """
     refuse_existing(path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        draft = _draft(path, content)
-        try:
-            _claim(draft, path)
-        finally:
-            draft.unlink(missing_ok=True)
-    except OSError as error:
-        raise InputError(f'cannot write {path}: {error.strerror}; give another place') from error
+    with _drafted(path, uuid.uuid4().hex[:8]) as draft:
+        draft.write_bytes(_encoded(content))
+        _sync(draft)
+        _claim(draft, path)
     return path
 
 
@@ -40,12 +35,12 @@ def write_new_json(path: Path, document: dict[str, Any]) -> Path:
 @contextmanager
 def rewriting(path: Path) -> Iterator[Path]:
     """Where to write a new version of `path`, a file that is the caller's own; it takes the place
-    of the older one, if there is one, when the block ends well."""
-    draft = path.with_name(f'.{path.name}.partial')
-    yield draft
-    with draft.open('rb') as file:
-        os.fsync(file.fileno())
-    draft.replace(path)
+    of the older one, if there is one, when the block ends well. Raises InputError as `write_new`.
+    """
+    with _drafted(path, 'partial') as draft:
+        yield draft
+        _sync(draft)
+        draft.replace(path)
 
 
 def rewrite(path: Path, content: bytes | str) -> None:
@@ -76,20 +71,23 @@ def number_or_none(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _draft(path: Path, content: bytes | str) -> Path:
-    """`content` on the disk, under a name beside `path` that nobody else has."""
-    handle, name = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
-    draft = Path(name)
+@contextmanager
+def _drafted(path: Path, mark: str) -> Iterator[Path]:
+    """A name beside `path` for what is not whole yet; gone when the block ends."""
+    draft = path.with_name(f'.{path.name}.{mark}')
     try:
-        with os.fdopen(handle, 'wb') as file:
-            file.write(_encoded(content))
-            file.flush()
-            os.fsync(file.fileno())
-        draft.chmod(0o644)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
-    return draft
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield draft
+    except OSError as error:
+        raise InputError(f'cannot write {path}: {error.strerror}; give another place') from error
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+
+
+def _sync(draft: Path) -> None:
+    with draft.open('rb') as file:
+        os.fsync(file.fileno())
 
 
 def _encoded(content: bytes | str) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 import socket
@@ -9,7 +10,7 @@ from collections.abc import MutableMapping
 from pathlib import Path
 
 from qzs_rig import scenario
-from qzs_rig.errors import PeerError
+from qzs_rig.errors import InputError, PeerError
 
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 DOMAIN = 'ROS_DOMAIN_ID'
@@ -49,9 +50,13 @@ def reserve_domain() -> Domain:
             token = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
             try:
                 token.bind(f'\0qzs_rig/domain/{number}')
-            except OSError:  # somebody holds it who has not bound its ports yet
+            except OSError as error:
                 token.close()
-                continue
+                if error.errno == errno.EADDRINUSE:  # by somebody who has no ports yet
+                    continue
+                raise PeerError(
+                    f'no ROS domain can be reserved ({error.strerror}); choose one with {DOMAIN}'
+                ) from error
             return Domain(number, token)
     raise PeerError(
         f'all ROS domains from {DOMAINS[0]} to {DOMAINS[-1]} are in use on this machine; '
@@ -65,19 +70,23 @@ def settle(environment: MutableMapping[str, str]) -> None:
     ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST alone limits discovery, not sockets, and brings shared
     memory, which a killed process leaves locked. The profile keeps to UDP on 127.0.0.1; it comes
     into force with SYSTEM_DEFAULT, since LOCALHOST would add its own transports. A profile,
-    middleware, range or peers of the user's own choice are left alone. Must be called before the
-    first node of the process is made.
+    middleware, range or peers of the user's own choice are left alone. To be called before
+    rclpy.init. Raises InputError where the profile is not installed.
     """
     chosen = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE', 'ROS_STATIC_PEERS')
     middleware = environment.get('RMW_IMPLEMENTATION') or 'rmw_fastrtps_cpp'
-    profile = scenario.config_folder() / 'fastdds.xml'
     if (
         environment.get(RANGE) != 'LOCALHOST'
         or any(environment.get(name) for name in chosen)
         or not middleware.startswith('rmw_fastrtps')
-        or not profile.is_file()
     ):
         return
+    profile = scenario.config_folder() / 'fastdds.xml'
+    if not profile.is_file():
+        raise InputError(
+            f'{profile} is missing; install qzs_rig again, or name a profile in {chosen[0]}'
+        )
+    environment.pop('ROS_LOCALHOST_ONLY', None)  # Jazzy's would overrule the range
     # Fast DDS 3 renamed the variable; older releases know the old name only
     old = environment.get('ROS_DISTRO') in ('humble', 'iron', 'jazzy')
     environment[chosen[1] if old else chosen[0]] = str(profile)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import threading
 
 import pytest
@@ -78,6 +79,18 @@ def test_a_new_version_takes_the_place_of_the_older_one_or_does_not(tmp_path):
         draft.write_text('half')
         raise KeyboardInterrupt
     assert path.read_text() == 'second'
+    assert [item.name for item in tmp_path.iterdir()] == ['run.json']
+
+
+@pytest.mark.parametrize(('mask', 'mode'), [(0o077, 0o600), (0o002, 0o664)])
+def test_the_umask_is_the_users(tmp_path, mask, mode):
+    before = os.umask(mask)
+    try:
+        write_new(tmp_path / 'new', 'text')
+        rewrite(tmp_path / 'own', 'text')
+    finally:
+        os.umask(before)
+    assert {item.stat().st_mode & 0o777 for item in tmp_path.iterdir()} == {mode}
 
 
 def test_numbers_as_json_has_them(tmp_path):

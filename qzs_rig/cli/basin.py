@@ -15,7 +15,7 @@ from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import Table, number
 from qzs_rig.drawing.motions import HUES, Field, Scene, Wave, drawn
 from qzs_rig.errors import InputError, RigError
-from qzs_rig.files import finite_or_none
+from qzs_rig.files import finite_or_none, number_or_none
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, basin
 from qzs_rig.theory.motion.jump_margin import JumpMargin, jump_margin
 from qzs_rig.theory.oscillator import Oscillator
@@ -113,7 +113,7 @@ def _document(found: Basin, oscillator: Oscillator) -> dict[str, Any]:
 
 def _finite(values: dict[str, Any]) -> dict[str, Any]:
     """null for the T of a base at rest."""
-    return {k: v if np.isfinite(v) else None for k, v in values.items()}
+    return {name: number_or_none(value) for name, value in values.items()}
 
 
 def _table(found: Basin, dof: str) -> Table:

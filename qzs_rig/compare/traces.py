@@ -1,4 +1,4 @@
-"""What every trace of a plotly document needs: escaped text, plain numbers, hover texts."""
+"""What every trace of a plotly document needs: escaped text, hover texts."""
 
 from __future__ import annotations
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtri
 
 from qzs_rig.errors import InputError
 from qzs_rig.identification.advice import Advice, advice
@@ -121,7 +120,7 @@ def _refuse_idle(wanted: Unknowns, parts: Sequence[Points]) -> None:
 
 def _rivals(best: Fit, other: Fit) -> bool:
     """Whether `other` fits so nearly as well that it cannot be ruled out with RULED_OUT."""
-    return cost(other, best) - cost(best, best) < float(chdtri(1, 1.0 - RULED_OUT))
+    return cost(other, best) - cost(best, best) < _chi_square(RULED_OUT, 1)
 
 
 def _hull(
@@ -156,7 +155,7 @@ def _cautions(
             f'{len(rivals) + 1} solutions fit alike: {each}. The intervals span them all; phases, '
             'or points nearer to the jumps, would tell them apart'
         )
-    if known.excess > float(chdtri(fit.freedom, 1.0 - LEVEL)) / fit.freedom:
+    if known.excess > _chi_square(LEVEL, fit.freedom) / fit.freedom:
         said.append(
             f'the fit misses by {known.excess**0.5:.2f} times the standard deviations given; '
             'the intervals are widened by that. The law may not be the right one'
@@ -197,3 +196,9 @@ def _points_said(item: Set, response: Response) -> list[str]:
             f'of up to {largest:.2g} % was taken off to first order. A stepped sine needs none'
         )
     return said
+
+
+def _chi_square(probability: float, freedom: int) -> float:
+    from scipy.special import chdtri
+
+    return float(chdtri(freedom, 1.0 - probability))

@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from qzs_rig.identification.covariance import Covariance
 from qzs_rig.identification.fit import Fit
@@ -45,6 +44,8 @@ class Interval:
 
 def intervals(fit: Fit, known: Covariance) -> tuple[Interval, ...]:
     """One for each parameter."""
+    from scipy.special import stdtrit
+
     t = float(stdtrit(max(fit.freedom, 1), 1.0 - (1.0 - LEVEL) / (2 * len(fit.values))))
     sighted = bool(np.all(known.std <= fit.unknowns.scale))
     found = []

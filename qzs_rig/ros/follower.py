@@ -28,6 +28,7 @@ class Follower(RigNode):
         self.index = 0
         self.message = 'waiting for rig/run (the exciter or a player)'
         self._said_at = 0.0
+        self._told = ('', '')  # run and message, as the peers know them
         self._alone = False  # ended the run before the lead did
         self._heard: set[str] = set()  # peers that have said their status
 
@@ -79,16 +80,17 @@ class Follower(RigNode):
 
     def tick(self) -> None:
         silence_s = time.monotonic() - self._said_at
-        waits = self.state in ('idle', 'waiting', 'ready')
         if self.gone and self.busy:
             self._alone = True
             self._end(self._aborted(f'{" and ".join(self.gone)} died'))
-        elif self.state == 'waiting':
-            self._get_ready()
-        elif (waits and silence_s > REPEAT_S) or (self.state == 'running' and silence_s > STATUS_S):
-            self.say()
-        if waits:
+        elif self.state in ('idle', 'waiting', 'ready'):
+            if self.state == 'waiting':
+                self._get_ready()
+            if silence_s > REPEAT_S:
+                self.say()
             self.remind(self.message)
+        elif self.state == 'running' and silence_s > STATUS_S:
+            self.say()
 
     def _hear(self, peer: str, raw: bytes) -> None:
         self._heard.add(peer)
@@ -125,7 +127,10 @@ class Follower(RigNode):
         self.state = 'waiting' if missing else 'ready'
         self.message = f'waiting for {", ".join(missing)}' if missing else 'ready for the start'
         self.remind(self.message)
-        self.say()
+        told = (self.sheet.run_id, self.message)
+        if told != self._told:
+            self._told = told
+            self.say()
 
     def _end(self, sheet: RunSheet) -> None:
         if self.state in ('done', 'idle'):
@@ -155,6 +160,8 @@ class Follower(RigNode):
         if self.sheet is None or not self.busy or (peer != 'lead' and peer not in self.sheet.peers):
             if peer == 'lead' and self.state in ('waiting', 'ready'):
                 self.state, self.message, self.sheet = 'idle', 'waiting for rig/run', None
+            elif self.state == 'ready' and self.sheet and peer in self.sheet.peers:
+                self._get_ready()  # not any more
             return
         name = 'the exciter (or player)' if peer == 'lead' else peer
         self.get_logger().error(f'{name} died or was cut off; the run ends')

@@ -45,17 +45,16 @@ def leave_within(seconds: int, code: int) -> None:
     rclpy takes leave of the middleware in C++ and keeps the interpreter locked meanwhile. Should it
     hang there, no thread or signal handler of Python's would run, and faulthandler's own watchdog
     knows no exit code but 1; so a timer of the C library calls `_exit`. Half a second before, the
-    stack is printed. Without glibc's timers, faulthandler ends the process.
+    stack is printed. Where there is no such timer to be had, faulthandler ends the process.
     """
     library = ctypes.CDLL(None)
-    if not hasattr(library, 'timer_create'):
-        faulthandler.dump_traceback_later(seconds, exit=True)
-        return
-    faulthandler.dump_traceback_later(seconds - 0.5)
-    # where `_exit` finds its argument, the timer's thread puts the event's value
+    # the timer's thread passes the event's value where `_exit` takes its argument from
     end = ctypes.cast(library._exit, ctypes.c_void_p).value
     event = _Event(value=code, kind=SIGEV_THREAD, function=end)
-    timer = ctypes.c_void_p()
-    library.timer_create(CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer))
-    after = _Period(after_s=seconds)
-    library.timer_settime(timer, 0, ctypes.byref(after), None)
+    after, timer = _Period(after_s=seconds), ctypes.c_void_p()
+    timed = (
+        hasattr(library, 'timer_create')
+        and not library.timer_create(CLOCK_MONOTONIC, ctypes.byref(event), ctypes.byref(timer))
+        and not library.timer_settime(timer, 0, ctypes.byref(after), None)
+    )
+    faulthandler.dump_traceback_later(seconds - 0.5 if timed else seconds, exit=not timed)

@@ -76,8 +76,10 @@ class RigNode(LifecycleNode):
     def introduce(self) -> None:
         """Create the endpoints by which peers hear of this node and of the run, after `open`.
 
-        The middleware tells others of endpoints in the order of their creation. So whoever has
-        heard this node on one of these has matched all of its data endpoints, in both directions.
+        The middleware tells others of publishers in the order of their creation, and of
+        subscriptions in theirs. So whom a node has heard here has all its publishers of data
+        matched with this node's subscriptions; once two nodes have heard each other, this holds
+        both ways.
         """
 
     def begin(self) -> None:
@@ -97,15 +99,17 @@ class RigNode(LifecycleNode):
         """The peers have heard how this node ended."""
         return True
 
+    def answer(self, response: Any) -> Any:
+        """`response` of a service that may end this node; the executor sends it afterwards."""
+        self._answered_at = math.inf
+        return response
+
     def answered(self) -> bool:
-        """Whoever called a service of this node has its answer."""
+        """Whoever called such a service has had ANSWER_S to get its answer, or is gone."""
+        if self._answered_at == math.inf:  # the callback has returned, so it is sent by now
+            self._answered_at = time.monotonic()
         calm = time.monotonic() - self._answered_at > ANSWER_S
         return calm or not any(self.count_clients(each.service_name) for each in self.services)
-
-    def answer(self, response: Any) -> Any:
-        """`response`, which somebody waits for."""
-        self._answered_at = time.monotonic()
-        return response
 
     def status(self) -> wire.Status:
         """The node's state for /diagnostics."""
@@ -166,6 +170,7 @@ class RigNode(LifecycleNode):
         }
 
     def _tick(self) -> None:
+        self.answered()
         for label, (until, lost) in list(self._suspects.items()):
             if time.monotonic() > until:
                 del self._suspects[label]

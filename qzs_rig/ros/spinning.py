@@ -38,20 +38,25 @@ def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
     # SIGINT, too, where a shell that starts jobs in the background has it ignored
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda signum, _frame: stops.append(signum))
-    loopback.settle(os.environ)
-    # rclpy's own handlers would end the context before the peers can be told
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    node = None
+    node = executor = None
+    code = 1
     try:
-        node = build()
-        return _spin(node, stops)
+        loopback.settle(os.environ)
+        # rclpy's own handlers would end the context before the peers can be told
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node, executor = build(), _executor()
+        code = _spin(node, executor, stops)
     except RigError as error:
         print(f'qzs_rig: {error}', file=sys.stderr, flush=True)
-        return error.exit_code
+        code = error.exit_code
     except ExternalShutdownException:
-        return 0
+        code = 0
     finally:
         if node is not None:
+            finished = code == 0 and not node.stopped
+            leave_within(LEAVE_S[finished], code)
+            if node.exit_code is not None:
+                _part(node, executor)
             node.close()
             if rclpy.ok():
                 node.flush()
@@ -61,26 +66,28 @@ def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
         node = None
         gc.collect()
         rclpy.try_shutdown()
+    return code
 
 
-def _spin(node: RigNode, stops: list[int]) -> int:
-    executor = _executor()
+def _spin(node: RigNode, executor: Any, stops: list[int]) -> int:
+    """Work until the node is done or a signal came; the exit code."""
     executor.add_node(node)
     node.start()
     never: Future[None] = Future()
-
     node.wake = lambda: never.set_result(None)
     while node.exit_code is None:
         executor.spin_until_future_complete(never, timeout_sec=SLICE_S)
         if stops:
             node.operator_stop(signal.Signals(stops[0]).name)
             break
-    finished = node.exit_code == 0 and not node.stopped
-    leave_within(LEAVE_S[finished], node.exit_code or 0)
+    return node.exit_code or 0
+
+
+def _part(node: RigNode, executor: Any) -> None:
+    """Stay until peers and callers have heard how it ended, for some time at most."""
     until = time.monotonic() + PART_S
     while not node.answered() or (not node.parted() and time.monotonic() < until):
         executor.spin_until_future_complete(Future(), timeout_sec=0.01)
-    return node.exit_code or 0
 
 
 def _executor() -> Any:

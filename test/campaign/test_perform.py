@@ -201,7 +201,8 @@ def test_ctrl_c_keeps_what_is_under_way(ctrl_c):
 
     def press():
         started.wait(10)
-        while not waits_for_results(threading.main_thread()):
+        until = time.monotonic() + 10
+        while not waits_for_results(threading.main_thread()) and time.monotonic() < until:
             time.sleep(0.001)
         ctrl_c()
         go.set()

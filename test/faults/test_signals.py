@@ -13,6 +13,7 @@ import pytest
 from ros_support import SHORT, given, kept, read, wait_until
 
 from qzs_rig.bag import info
+from qzs_rig.ros.lead import IN_FLIGHT
 
 CLOSING_S = 2.0
 """What the rig promises, from the signal to the last process."""
@@ -68,7 +69,7 @@ def whole(bag):
     for imu in imus:
         grid = sheets[-1].start_ns + np.arange(len(imu.stamps_ns)) * sheets[-1].step_ns
         assert len(grid) > 0 and (imu.stamps_ns == grid).all()
-    assert abs(len(imus[0].stamps_ns) - len(imus[1].stamps_ns)) <= 160
+    assert abs(len(imus[0].stamps_ns) - len(imus[1].stamps_ns)) <= IN_FLIGHT
 
 
 def closes(lab, command, scratch, number):

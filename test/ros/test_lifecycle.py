@@ -138,9 +138,30 @@ rclpy.shutdown()
 """
 
 
-def test_a_slow_caller_gets_the_answer_of_a_node_that_ends(lab):
-    """The node ends because of the call; its answer must not be overtaken by its leaving."""
-    exciter = lab.node('exciter')
+SLOW = """
+import sys
+import time
+
+from qzs_rig.ros import exciter
+
+halt = exciter.Exciter.halt
+
+def slowly(self):
+    time.sleep(float(sys.argv.pop(1)))
+    halt(self)
+
+exciter.Exciter.halt = slowly
+exciter.main()
+"""
+
+
+@pytest.mark.parametrize('work_s', [0.0, 1.5])
+def test_a_slow_caller_gets_the_answer_of_a_node_that_ends(lab, work_s):
+    """The node ends because of the call; its answer must not be overtaken by its leaving, however
+    long the work for it took."""
+    words = [word for name, value in SHORT.items() for word in ('-p', f'{name}:={value}')]
+    command = [sys.executable, '-c', SLOW, str(work_s), '--ros-args', *words]
+    exciter = lab.run('exciter', command)
     exciter.says('waiting for node platform')
     caller = lab.run('caller', [sys.executable, '-c', CALLER])
     exciter.says('aborted: deactivated by the operator')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import signal
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 from ros_support import SHORT, kept, wait_until
 
 from qzs_rig import loopback, wire
-from qzs_rig.errors import PeerError
+from qzs_rig.errors import InputError, PeerError
 
 SHARED = Path('/dev/shm')
 PROFILES = 'FASTDDS_DEFAULT_PROFILES_FILE'
@@ -65,8 +66,8 @@ def test_sockets_on_127_0_0_1_and_nothing_left_by_the_killed(lab):
 
 
 def test_a_killed_rig_hinders_no_other_in_its_domain(lab):
-    """The same ports again, at once, ten times."""
-    for turn in range(10):
+    """The same ports again, at once, five times."""
+    for turn in range(5):
         nodes = lab.rig(SHORT | {'excitation.duration': 3000.0}, out=f'killed {turn}')
         bag = lab.folder / f'killed {turn}'
         wait_until(lambda bag=bag: list(bag.glob('*.mcap')), 'a run')
@@ -124,10 +125,37 @@ def test_what_the_user_chose_is_left_alone(more):
     ('distro', 'name'), [('kilted', PROFILES), ('jazzy', 'FASTRTPS_DEFAULT_PROFILES_FILE')]
 )
 def test_the_profile_comes_into_force(distro, name):
-    environment = {loopback.RANGE: 'LOCALHOST', 'ROS_DISTRO': distro}
+    environment = {
+        loopback.RANGE: 'LOCALHOST', 'ROS_DISTRO': distro, 'ROS_LOCALHOST_ONLY': '1',
+    }  # fmt: skip
     loopback.settle(environment)
+    assert 'ROS_LOCALHOST_ONLY' not in environment
     assert environment[loopback.RANGE] == 'SYSTEM_DEFAULT'
     assert Path(environment[name]).is_file()
+
+
+def test_a_profile_that_is_missing_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(loopback.scenario, 'config_folder', lambda: tmp_path)
+    with pytest.raises(InputError, match=r'fastdds\.xml is missing; install qzs_rig again'):
+        loopback.settle({loopback.RANGE: 'LOCALHOST'})
+
+
+def test_where_no_domain_can_be_reserved(monkeypatch):
+    """A system without names for sockets is not taken for one whose domains are in use."""
+
+    class Forbidden:
+        def __init__(self, *kind):
+            pass
+
+        def bind(self, name):
+            raise PermissionError(errno.EPERM, 'not permitted')
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(loopback.socket, 'socket', Forbidden)
+    with pytest.raises(PeerError, match=r'reserved \(not permitted\); choose one with ROS_DOMAIN'):
+        loopback.reserve_domain()
 
 
 def test_no_domain_is_given_twice(monkeypatch):
@@ -143,21 +171,19 @@ def test_no_domain_is_given_twice(monkeypatch):
         assert len(set(numbers)) == len(numbers) and set(numbers) <= {1, 3, 4, 5}
         if held:
             held[0].close()
-            assert loopback.reserve_domain().number == numbers[0]
+            held.append(loopback.reserve_domain())
+            assert held[-1].number == numbers[0]
     finally:
         for domain in held:
             domain.close()
 
 
-def test_a_sheet_that_was_lost_comes_again(lab):
-    """Who listens late and without history still hears the lead that waits, and a follower."""
-    exciter, platform = lab.node('exciter'), lab.node('platform')
-    exciter.says('waiting for')
-    platform.says('waiting for')
-    topics = [
-        wire.Topic(topic.name, topic.type, topic.depth)
-        for topic in (wire.RUN, wire.PLATFORM_STATUS)
-    ]
-    ears = lab.ears(*topics)
-    for topic in topics:
-        ears.wait(topic.name, 2)
+@pytest.mark.parametrize(
+    ('role', 'topic'), [('exciter', wire.RUN), ('platform', wire.PLATFORM_STATUS)]
+)
+def test_a_word_that_was_lost_comes_again(lab, role, topic):
+    """Who listens late and without history still hears a lead or a follower that waits."""
+    node = lab.node(role)
+    node.says('waiting for')
+    ears = lab.ears(wire.Topic(topic.name, topic.type, topic.depth))
+    ears.wait(topic.name, 2)

@@ -42,10 +42,8 @@ def heard(tmp_path_factory):
         ears.known_to(*ROLES)
         assert ears.call('analyzer/change_state', ACTIVATE).success
         assert [node.code() for node in (exciter, platform, analyzer)] == [0, 0, 0]
-        late = lab.ears(wire.RUN)
         ears.wait('base/imu', SAMPLES)
         ears.wait('top/imu', SAMPLES)
-        ears.late = late
         yield ears
 
 
