@@ -52,7 +52,7 @@ def rewrite(path: Path, content: bytes | str) -> None:
 def refuse_existing(path: Path) -> None:
     """Raises InputError where `path` is taken."""
     if os.path.lexists(path):
-        raise InputError(f'{path} is already there; nothing is overwritten: give another name')
+        raise InputError(f'{path} is already there; nothing is overwritten: give another --out')
 
 
 def refuse_occupied(folder: Path) -> None:
@@ -79,7 +79,7 @@ def _drafted(path: Path, mark: str) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield draft
     except OSError as error:
-        raise InputError(f'cannot write {path}: {error.strerror}; give another place') from error
+        raise InputError(f'cannot write {path}: {error.strerror}; give another --out') from error
     finally:
         with suppress(OSError):
             draft.unlink(missing_ok=True)

@@ -67,7 +67,7 @@ def test_without_hard_links(tmp_path, monkeypatch):
 
 def test_a_folder_that_takes_no_file(tmp_path):
     (tmp_path / 'file').write_text('')
-    with pytest.raises(InputError, match=r'cannot write .*report\.html: .*; give another place'):
+    with pytest.raises(InputError, match=r'cannot write .*report\.html: .*; give another --out'):
         write_new(tmp_path / 'file' / 'report.html', 'text')
 
 

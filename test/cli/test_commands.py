@@ -126,7 +126,7 @@ REFUSED = {
         ('bag', 'recover', 'RUN', '--out', 'RUN'),
         'is not empty; choose a new one',
     ),
-    'occupied page': (('compare', 'RUN', '--report', 'note.txt'), 'exists'),
+    'occupied page': (('compare', 'RUN', '--report', 'note.txt'), 'is already there'),
 }
 
 

@@ -33,7 +33,7 @@ def test_refuses_other_formats(run, tmp_path):
 
 def test_refuses_to_overwrite(run, tmp_path):
     (tmp_path / 'p.svg').write_text('mine')
-    with pytest.raises(InputError, match=r'p\.svg exists .* --out'):
+    with pytest.raises(InputError, match=r'p\.svg is already there; .* --out'):
         write_picture(tmp_path / 'p.svg', [('run', run)])
 
 

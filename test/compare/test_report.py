@@ -226,7 +226,7 @@ def test_curve_without_usable_points_is_drawn_empty(browser, run, tmp_path):
 def test_refuses_to_overwrite(run, tmp_path):
     path = tmp_path / 'report.html'
     path.write_text('mine')
-    with pytest.raises(InputError, match=r'report\.html exists .* --out'):
+    with pytest.raises(InputError, match=r'report\.html is already there; .* --out'):
         write_report(path, 'again', [('run', run)])
     assert path.read_text() == 'mine'
     assert [item.name for item in tmp_path.iterdir()] == ['report.html']
@@ -234,7 +234,7 @@ def test_refuses_to_overwrite(run, tmp_path):
 
 def test_refuses_a_folder_that_cannot_be(run, tmp_path):
     (tmp_path / 'file').write_text('')
-    with pytest.raises(InputError, match=r'cannot write .* choose another --out'):
+    with pytest.raises(InputError, match=r'cannot write .* give another --out'):
         write_report(tmp_path / 'file' / 'report.html', 'no', [('run', run)])
 
 
