@@ -68,7 +68,7 @@ def settle(environment: MutableMapping[str, str]) -> None:
     """Give `environment` the rig's Fast DDS profile where it asks for this machine only.
 
     ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST alone limits discovery, not sockets, and brings shared
-    memory, which a killed process leaves locked. The profile keeps to UDP on 127.0.0.1; it comes
+    memory, which a killed process leaves behind. The profile keeps to UDP on 127.0.0.1; it comes
     into force with SYSTEM_DEFAULT, since LOCALHOST would add its own transports. A profile,
     middleware, range or peers of the user's own choice are left alone. To be called before
     rclpy.init. Raises InputError where the profile is not installed.

@@ -252,7 +252,8 @@ class RigNode(LifecycleNode):
     ) -> None:
         """Raw subscription on `topic`; `lost` is called when its last live publisher dies.
 
-        A `bare` callback is called as it is, thousands of times a second, and must not raise.
+        Its matches are counted in `matched`, unless `lost` is given. A `bare` callback is called as
+        it is, thousands of times a second, and must not raise.
         """
         label = f'a publisher of {topic.name}'
 
@@ -273,9 +274,12 @@ class RigNode(LifecycleNode):
             profile or qos.reliable(topic),
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(
-                matched=self._counter(label),
-                incompatible_qos=self._misfit(topic.name),
+                # never both of one subscription: rmw_fastrtps takes a match with its own lock held
+                # and asks for the reader's, Fast DDS reports liveliness with the reader's held and
+                # asks for the other; where they meet, the process stands still for ever
+                matched=None if lost else self._counter(label),
                 liveliness=liveliness if lost else None,
+                incompatible_qos=self._misfit(topic.name),
             ),
         )
 
