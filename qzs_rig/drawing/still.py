@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
+from qzs_rig.files import write_new
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +25,16 @@ LINE_WIDTHS = {
     'marks': 0.0,
     'points': 0.0,
 }
+
+
+def pictures(folder: Path, sheets: Sequence[Sheet]) -> list[Path]:
+    """Each sheet as SVG and PNG in `folder`, nothing overwritten; raises ImportError where matplotlib is not installed."""
+    paths = []
+    for sheet in sheets:
+        for kind in ('svg', 'png'):
+            paths.append(folder / f'{sheet.name}.{kind}')
+            write_new(paths[-1], still(sheet, kind))
+    return paths
 
 
 def still(sheet: Sheet, kind: str) -> bytes:

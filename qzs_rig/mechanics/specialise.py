@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from functools import cache
 from types import CodeType, FunctionType
 from typing import Any
 
@@ -28,24 +27,16 @@ def compiled(
     *,
     fastmath: bool | set[str] = False,
     signature: Any = None,
-    allocates: bool = True,
 ) -> Function:
     """What `interpreted` gives, compiled by numba with the formulas inlined, and kept on disk.
 
     The file that keeps it is named after what the formulas compute, so an edited formula is
     compiled anew. A formula may be compiled already. With a `signature` it is compiled at once and
-    may itself be an argument of compiled code. Where nothing `allocates`, references to arrays need
-    no counting, which costs small kernels a fifth of their time. Raises ImportError where numba is
-    missing.
+    may itself be an argument of compiled code. Raises ImportError where numba is missing.
     """
     from numba import njit
 
-    how: dict[str, Any] = {
-        'nogil': True,
-        'error_model': 'numpy',
-        'fastmath': fastmath,
-        '_nrt': allocates,
-    }
+    how: dict[str, Any] = {'nogil': True, 'error_model': 'numpy', 'fastmath': fastmath}
     # only compiled code calls the formulas: leave out the doors for others, half of the work
     closed = {**how, 'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
     inner: dict[str, Function] = {}
@@ -57,33 +48,10 @@ def compiled(
     )
     # a set of words has another order in every process
     manner = sorted(fastmath) if isinstance(fastmath, set) else fastmath
-    stamp = hashlib.sha256(f'{told}{manner}{allocates}'.encode()).hexdigest()[:16]
+    stamp = hashlib.sha256(f'{told}{manner}'.encode()).hexdigest()[:16]
     named = _bound(template, inner, f'{template.__name__}_{stamp}')
     kernel: Function = njit(signature, cache=True, **how)(named)
     return kernel
-
-
-def widen() -> None:
-    """Nothing; where `widest` stands in for it, the kernel uses the widest vectors there are."""
-
-
-@cache
-def widest() -> Any:
-    """What to put in for `widen`: compilers keep to half of AVX-512 unless they are told, which
-    loops of nothing but arithmetic need not. Raises ImportError where numba is missing."""
-    from numba import types
-    from numba.extending import intrinsic
-
-    def told(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        # a word for LLVM that llvmlite passes on but does not list
-        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
-        return context.get_dummy_value()
-
-    @intrinsic
-    def widened(typing: Any) -> Any:
-        return types.void(), told
-
-    return widened
 
 
 def fingerprint(function: Any) -> str:

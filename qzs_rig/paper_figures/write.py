@@ -12,7 +12,7 @@ from qzs_rig.compare.report import write_report
 from qzs_rig.compare.sections import header
 from qzs_rig.drawing.interactive import section
 from qzs_rig.drawing.sheet import Sheet
-from qzs_rig.drawing.write import pictures
+from qzs_rig.drawing.still import pictures
 from qzs_rig.files import write_new
 from qzs_rig.paper_figures.measured import Measured
 

@@ -18,7 +18,7 @@ LIVELINESS = QoSSubscriptionEventType.RCL_SUBSCRIPTION_LIVELINESS_CHANGED
 @pytest.mark.parametrize('kind', [Analyzer, Platform])
 def test_no_subscription_asks_for_matches_and_liveliness(lab, kind):
     """rmw_fastrtps and Fast DDS take the two locks behind these in opposite order: a node that
-    asked for both stood still for ever in one start of about a thousand."""
+    asked for both stood still for ever, now and then."""
     context = rclpy.Context()
     rclpy.init(
         context=context, domain_id=lab.domain, signal_handler_options=SignalHandlerOptions.NO

@@ -37,7 +37,7 @@ def advancing(template: Any, law: RestoringLaw, number: int, shared: bool) -> An
     compiled once for all laws. Raises ImportError where numba is missing."""
     teach_numba()
     at = source.shared if shared else source.each
-    formulas = {'force': law.around(fast_rsqrt)[number], 'at': at, 'widen': specialise.widest()}
+    formulas = {'force': law.around(fast_rsqrt)[number], 'at': at}
     return specialise.compiled(template, formulas, fastmath=FAST, signature=advance_type(shared))
 
 

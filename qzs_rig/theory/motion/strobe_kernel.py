@@ -12,7 +12,6 @@ import numpy as np
 
 from qzs_rig.mechanics.restoring.law import Formula
 from qzs_rig.mechanics.restoring.polynomial import cubic_force
-from qzs_rig.mechanics.specialise import widen
 from qzs_rig.theory.motion.splitting import STAGES
 from qzs_rig.theory.motion.strobe_cycles import BACK, LANES, finish, look_back, returned
 
@@ -60,7 +59,6 @@ def advance(
     w over the step ends, and what h is at omega = 1. `decay`, `reach` (11, LANES); `weights`,
     `cosines` (11 steps + 1); `wave` (steps, 2) cos and sin of the phase at the step ends.
     """
-    widen()
     w, y, drive, load = moving[0], moving[1], moving[3], moving[4]
     cos, sin, low, high = moving[5], moving[6], moving[7], moving[8]
     for lane in range(LANES):

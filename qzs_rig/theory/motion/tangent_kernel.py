@@ -12,7 +12,6 @@ import numpy as np
 
 from qzs_rig.mechanics.restoring.law import Formula
 from qzs_rig.mechanics.restoring.polynomial import cubic_force
-from qzs_rig.mechanics.specialise import widen
 from qzs_rig.theory.motion.splitting import STAGES
 from qzs_rig.theory.motion.strobe_cycles import LANES
 from qzs_rig.theory.motion.strobe_kernel import board, keep_shared, shared
@@ -32,7 +31,6 @@ def advance(
 ) -> None:
     """One period of all lanes, as in strobe_kernel without its sums; `tangent` (2, LANES) δw and
     δw'/h."""
-    widen()
     w, v, drive, load = moving[0], moving[1], moving[3], moving[4]
     dw, dv = tangent[0], tangent[1]
     for k in range(len(weights)):

@@ -132,9 +132,7 @@ def in_numba() -> Kernels:
     from numba import boolean, float64, int64, typeof, types, void
 
     def kernel(template: Function, parts: Iterable[Function], signature: Any) -> Function:
-        return compiled(
-            template, _parts(parts), fastmath=SUMS, signature=signature, allocates=False
-        )
+        return compiled(template, _parts(parts), fastmath=SUMS, signature=signature)
 
     # numba's own types carry no annotations
     pair: Any = types.UniTuple

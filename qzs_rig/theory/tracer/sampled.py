@@ -49,7 +49,7 @@ def in_numba(law: RestoringLaw, dof: int) -> Function:
     from numba import void
 
     teach_numba()
-    return compiled(sample, _formulas(law, dof), signature=void(*arguments()), allocates=False)
+    return compiled(sample, _formulas(law, dof), signature=void(*arguments()))
 
 
 @cache
