@@ -28,7 +28,10 @@ LINE_WIDTHS = {
 
 
 def pictures(folder: Path, sheets: Sequence[Sheet]) -> list[Path]:
-    """Each sheet as SVG and PNG in `folder`, nothing overwritten; raises ImportError where matplotlib is not installed."""
+    """Each sheet as SVG and PNG in `folder`, nothing overwritten.
+
+    Raises ImportError where matplotlib is not installed.
+    """
     paths = []
     for sheet in sheets:
         for kind in ('svg', 'png'):
