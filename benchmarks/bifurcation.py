@@ -18,11 +18,11 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 from qzs_rig.theory.oscillator import Oscillator, oscillator
-from qzs_rig.timehistory import Array
 
 RUNS, PERIODS, KEEP = 1000, 500, 400
 OMEGA, AMPLITUDE = 6.28 / 20.0, 0.6

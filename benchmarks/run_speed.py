@@ -11,12 +11,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.cli.run import Recorder, sheet_of
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
-from qzs_rig.stages import ExciterStage
-from qzs_rig.timehistory import NS
+from qzs_rig.run import in_process
+from qzs_rig.run.stages import ExciterStage
+from qzs_rig.samples import NS
 
 REPEATS = 3
 PEER_S = 20.0
@@ -38,13 +39,13 @@ def main() -> None:
 
 def _speed(spec: RunSpec, recorded: bool) -> float:
     if not recorded:
-        result = rig.run(spec)
+        result = in_process.run(spec)
         return result.rig_s / result.wall_s
     with tempfile.TemporaryDirectory() as scratch:
         sheet = sheet_of(spec, scenario.DEFAULT, 'benchmark')
         recorder = Recorder(Path(scratch) / 'bag', spec, sheet)
         began = time.perf_counter()
-        result = rig.run(spec, sheet.start_ns, tap=recorder.keep)
+        result = in_process.run(spec, sheet.start_ns, tap=recorder.keep)
         recorder.close(sheet)
         return result.rig_s / (time.perf_counter() - began)
 

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.compare.picture import write_picture
 from qzs_rig.prediction.predict import predict
+from qzs_rig.run import in_process
 
 
 def main() -> None:
@@ -12,7 +13,7 @@ def main() -> None:
     spec = scenario.load(scenario.DEFAULT)
     path = Path(__file__).with_name('vertical_sweep.svg')
     path.unlink(missing_ok=True)
-    write_picture(path, [('rig', rig.run(spec).estimate)], theory=predict(spec))
+    write_picture(path, [('rig', in_process.run(spec).estimate)], theory=predict(spec))
     print(path)
 
 

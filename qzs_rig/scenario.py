@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig import excitation, sensing
-from qzs_rig.dof import DOFS, displacement_unit
 from qzs_rig.errors import InputError
 from qzs_rig.estimation import parameters as analyzer
 from qzs_rig.excitation import shaker
 from qzs_rig.mechanics import platform
 from qzs_rig.parameters import Parameter, RunSpec, parse_assignment, read_yaml
-from qzs_rig.timehistory import NS
+from qzs_rig.samples import NS
+from qzs_rig.units import DOFS, displacement_unit
 
 RUN_PARAMETERS = (
     Parameter(

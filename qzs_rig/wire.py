@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.cdr import CdrReader, CdrWriter
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
-from qzs_rig.timehistory import NS, Array
+from qzs_rig.samples import NS, Array
+from qzs_rig.units import DOFS
 
 Bytes = NDArray[np.uint8]
 Stamps = NDArray[np.int64]

@@ -20,11 +20,12 @@ from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from qzs_rig import loopback, rig, scenario, wire
+from qzs_rig import loopback, scenario, wire
 from qzs_rig.bag import BagReader
 from qzs_rig.ros import qos
 from qzs_rig.ros.node import message_class
-from qzs_rig.runsheet import from_document
+from qzs_rig.run import in_process
+from qzs_rig.run.sheet import from_document
 
 # for the ears, as a node does it for itself
 os.environ[loopback.RANGE] = 'LOCALHOST'
@@ -310,10 +311,10 @@ def kept(folder):
     return document(folder / 'run.json'), document(folder / 'estimate.json')
 
 
-def in_process(parameters):
+def without_ros(parameters):
     """The same run without ROS: estimate document, and what the bag must hold (n, 12|6|6)."""
     pieces = []
-    result = rig.run(
+    result = in_process.run(
         scenario.of(parameters), 0,
         tap=lambda base, out: pieces.append((base.data, out.base_imu.data, out.top_imu.data)),
     )  # fmt: skip

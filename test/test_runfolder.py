@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from qzs_rig.files import write_new_json
-from qzs_rig.runfolder import new_folder, run_document
+from qzs_rig.run.runfolder import new_folder, run_document
 
 
 def test_a_folder_is_named_after_time_scenario_and_id(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.runsheet import STATES, RunSheet, from_document
+from qzs_rig.run.sheet import STATES, RunSheet, from_document
 from qzs_rig.scenario import complete
 
 SHEET = RunSheet(

@@ -10,7 +10,7 @@ from qzs_rig import scenario
 from qzs_rig.errors import InputError, LimitError
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec, read_yaml
-from qzs_rig.stages import ExciterStage
+from qzs_rig.run.stages import ExciterStage
 
 
 @pytest.mark.parametrize('name', scenario.names())

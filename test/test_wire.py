@@ -21,8 +21,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from qzs_rig import wire
 from qzs_rig.cdr import CdrReader, CdrWriter
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
+from qzs_rig.units import DOFS
 from qzs_rig.wire import Status
 
 NS = 1_000_000_000

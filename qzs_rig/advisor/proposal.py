@@ -14,10 +14,10 @@ from typing import NamedTuple
 from qzs_rig.advisor.response import Motion
 from qzs_rig.advisor.wish import Wish
 from qzs_rig.errors import InputError
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.statics import suspension_for
+from qzs_rig.units import GRAVITY
 
 HALF_SPAN = 0.5
 """a of the paper: suspension springs 60 degrees steep before loading. a = 2/3 has the least cubic

@@ -10,11 +10,11 @@ from functools import cached_property
 from qzs_rig.advisor.orders import Order, orders
 from qzs_rig.advisor.proposal import REACH, Proposal
 from qzs_rig.advisor.response import Motion, Response
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.statics import saturated_load
 from qzs_rig.parameters import RunSpec
+from qzs_rig.units import GRAVITY
 
 ZERO = 1e-9
 """A stiffness over k1 that is no stiffness: rounding of lengths given in metres."""

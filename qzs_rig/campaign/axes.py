@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from qzs_rig.campaign.refusals import refuse_unknown
 from qzs_rig.errors import InputError
 from qzs_rig.parameters import Parameter, Value
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 Column = NDArray[Any]
 """One value a point: numbers, words or yes/no."""

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from qzs_rig.campaign.part import Harvest
 from qzs_rig.campaign.points import Points
-from qzs_rig.dof import DOFS, TRANSLATIONS
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import RestoringLaw
 from qzs_rig.parameters import Parameter
+from qzs_rig.samples import Array
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
+from qzs_rig.units import DOFS, GRAVITY, TRANSLATIONS
 
 MOTION = (
     Parameter('dof', str, 'vertical', '', 'degree of freedom', choices=DOFS),

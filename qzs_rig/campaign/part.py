@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from qzs_rig.campaign.points import Points
 from qzs_rig.errors import RigError
 from qzs_rig.parameters import RunSpec
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 Codes = NDArray[np.int32]
 

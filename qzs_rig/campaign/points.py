@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from qzs_rig.campaign.axes import Column
 from qzs_rig.parameters import RunSpec, Value
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from qzs_rig.campaign.axes import Axis, Column
 from qzs_rig.errors import InputError
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 PLACES = ('centre', 'random', 'maximin')
 CANDIDATES = 20

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from qzs_rig.claims.verdict import Verdict, judged
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.units import GRAVITY
 
 K1, L20, PAYLOAD = 20000.0, 0.6, 50.0
 """Table 1."""

@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from qzs_rig.claims.verdict import Verdict, judged
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.lyapunov import Exponents, exponents
 from qzs_rig.theory.motion.stroboscope import Stroboscope
 from qzs_rig.theory.oscillator import oscillator
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 OMEGA0 = 20.0
 """sqrt(k1/m) of Table 1, rad/s."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from qzs_rig.claims.verdict import Verdict, judged
-from qzs_rig.dof import DOFS
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.units import DOFS
 
 ZERO = 1e-12
 """Rounding of sums of order 1."""

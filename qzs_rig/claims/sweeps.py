@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.claims.verdict import Verdict, judged
-from qzs_rig.dof import TRANSLATIONS
+from qzs_rig.run import in_process
+from qzs_rig.units import TRANSLATIONS
 
 LEVELS = (0.5, 4.0)
 """Base acceleration in m/s²: a level at which the plate moves little, and the default run's."""
@@ -64,7 +65,7 @@ def onset(law: str, dof: str, level: float) -> tuple[float, float]:
     spec = scenario.load('vertical_sweep', [f'platform.law={law}', *words])
     found = {
         event.direction: event.frequency_hz
-        for event in rig.run(spec).estimate.events
+        for event in in_process.run(spec).estimate.events
         if event.kind == 'onset' and event.dof == dof
     }
     return found.get('forward', math.nan), found.get('reverse', math.nan)

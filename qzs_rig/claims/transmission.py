@@ -9,12 +9,12 @@ import numpy as np
 from qzs_rig.claims.frequency import K1, PAYLOAD
 from qzs_rig.claims.settling import AMPLITUDE, OMEGA0, TURN, ZETA
 from qzs_rig.claims.verdict import Verdict, judged
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import folds, single_term
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 ZETAS = (0.0158, 0.07, 0.158)
 LENGTHS = (0.1, 0.6, 1.0)

@@ -6,12 +6,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import files, runfolder
+from qzs_rig import files
 from qzs_rig.cli import options as shared
 from qzs_rig.compare.match import compare
 from qzs_rig.compare.report import event_table, write_report
-from qzs_rig.offline import analyze
 from qzs_rig.prediction.predict import predict
+from qzs_rig.run import runfolder
+from qzs_rig.run.offline import analyze
 
 
 def add_to(verbs: Any) -> None:

@@ -18,9 +18,9 @@ from qzs_rig.drawing.motions import Dots, Scene, drawn
 from qzs_rig.errors import InputError
 from qzs_rig.files import finite_or_none
 from qzs_rig.parameters import RunSpec
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion.along import RATIOS, SLANT, lanes_along
 from qzs_rig.theory.motion.bifurcation import KINDS, Diagram, carried, from_rest
-from qzs_rig.timehistory import Array
 
 RANGES = {'zeta': '0.0158:0.158', SLANT: '0.1:1', 'amplitude': '0.02:1', 'omega': '0.05:2'}
 """Figure 13, Figure 14, and what is of interest beyond them."""

@@ -10,7 +10,6 @@ from typing import Any
 from qzs_rig.cli import frf_curves, frf_told, oscillating
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.parameters import RunSpec
@@ -18,6 +17,7 @@ from qzs_rig.theory.balance.response import FrequencyResponse, frequency_respons
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.coupled.response import coupled_response
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 TABLE_1_AMPLITUDE = 0.1
 """H in m."""

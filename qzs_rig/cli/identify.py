@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import files, offline, scenario
+from qzs_rig import files, scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError
@@ -16,6 +16,7 @@ from qzs_rig.identification.identify import Identified, identify
 from qzs_rig.identification.points import Points, by_dof
 from qzs_rig.identification.unknowns import DEFAULT
 from qzs_rig.parameters import RunSpec
+from qzs_rig.run import offline
 
 EPILOG = f"""\
 examples:

@@ -9,7 +9,7 @@ from qzs_rig import scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
 from qzs_rig.mechanics.geometric.modes import Modes, modes
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 SHORT = ('z', 'x', 'yaw', 'pitch', 'y', 'roll')
 """SIX in table heads."""

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 from qzs_rig import scenario
 from qzs_rig.cli import options as shared
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import RunSpec
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 HELD = ('displacement', 'velocity', 'acceleration')
 PAPER_AMPLITUDE = 0.6

@@ -12,7 +12,7 @@ from qzs_rig import files
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.nodes import Nodes, environment, need_ros
 from qzs_rig.errors import InputError
-from qzs_rig.offline import recorded_spec
+from qzs_rig.run.offline import recorded_spec
 
 
 def add_to(verbs: Any) -> None:

@@ -9,7 +9,7 @@ import uuid
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import files, runfolder, scenario
+from qzs_rig import files, scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.nodes import Nodes, environment, need_ros
 from qzs_rig.cli.outcome import caution, present
@@ -19,7 +19,8 @@ from qzs_rig.estimation.estimate import from_json
 from qzs_rig.estimation.parameters import settings_of
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.predict import predict
-from qzs_rig.stages import ExciterStage, PlatformStage
+from qzs_rig.run import runfolder
+from qzs_rig.run.stages import ExciterStage, PlatformStage
 
 
 def add_to(verbs: Any) -> None:

@@ -10,17 +10,18 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import files, rig, runfolder, scenario, wire
+from qzs_rig import files, scenario, wire
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.outcome import caution, present
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import RigError, RunAbortedError
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.predict import predict
-from qzs_rig.recording import Recording
-from qzs_rig.runsheet import RunSheet
-from qzs_rig.stages import ExciterStage, PlatformOutput
-from qzs_rig.timehistory import NS, TimeHistory
+from qzs_rig.run import in_process, runfolder
+from qzs_rig.run.recording import Recording
+from qzs_rig.run.sheet import RunSheet
+from qzs_rig.run.stages import ExciterStage, PlatformOutput
+from qzs_rig.samples import NS, TimeHistory
 
 PENDING = 8
 """Chunks that may wait for the disk."""
@@ -51,7 +52,7 @@ def execute(options: argparse.Namespace) -> int:
     predictions = predict(spec)
     progress = bar(sheet.samples * sheet.step_ns / NS, 's', 'run')
     try:
-        result = rig.run(
+        result = in_process.run(
             spec,
             sheet.start_ns,
             tap=recorder.keep if recorder else None,

@@ -13,7 +13,7 @@ from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.pairing import joint, paired_directions
 from qzs_rig.compare.tables import Table, number
 from qzs_rig.estimation.estimate import Curve, Estimate
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from qzs_rig.compare.tables import MISSING, Table, number
 from qzs_rig.estimation.estimate import Curve
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.labels import NEAR, label
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 @dataclass(frozen=True)

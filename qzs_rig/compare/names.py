@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from qzs_rig.dof import DOFS
 from qzs_rig.estimation.estimate import DIRECTIONS
+from qzs_rig.units import DOFS
 
 EVENT_WORDS = {
     'onset': 'isolation onset',

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from qzs_rig.compare.names import direction_order, dof_order
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
 from qzs_rig.prediction.curve import Prediction
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 Labelled = Sequence[tuple[str, Estimate]]
 """Runs with the names they are shown by, the first one first."""

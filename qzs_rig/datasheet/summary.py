@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.tables import MISSING, Table, number
-from qzs_rig.dof import DOFS
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.units import DOFS, GRAVITY
 
 PAPER_DEVIATION = 0.035
 """What the paper says of Fig 10: no more than 3.5 %."""

@@ -10,7 +10,7 @@ from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.drawing.still import LINE_WIDTHS, hue, one_key
 from qzs_rig.files import finite_or_none
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 KEYS = {
     'broad': '▬▬',

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

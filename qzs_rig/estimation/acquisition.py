@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 TONAL = 0.5
 """Share of the power within two bins of the peak (half of a Hann window's four-bin main lobe and

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import GapError
-from qzs_rig.timehistory import NS, Array
+from qzs_rig.samples import NS, Array
 
 Stamps = NDArray[np.int64]
 

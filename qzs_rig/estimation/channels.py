@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 FIELDS = tuple(
     f'{kind}.{axis}' for kind in ('angular_velocity', 'linear_acceleration') for axis in 'xyz'

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 DWELL = 0.01
 """A track whose frequency spans less than this share of itself did not sweep."""

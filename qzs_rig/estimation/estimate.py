@@ -11,7 +11,7 @@ import numpy as np
 
 from qzs_rig.errors import InputError
 from qzs_rig.files import finite_or_none
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 SCHEMA = 'qzs_rig/estimate/1'
 DIRECTIONS = ('forward', 'reverse', 'none')

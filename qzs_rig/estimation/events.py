@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.estimation.estimate import Curve, Event
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 LINEAR_SLOPE = 2.0
 MARGIN = 2.0

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import fields
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.estimation import ESTIMATORS, TrackedSineSettings, channels
 from qzs_rig.estimation.settings import BOUNDS
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.units import DOFS
 
 _SETTINGS = {
     'periods': ('', 'length of the analysis window in periods of the base motion'),

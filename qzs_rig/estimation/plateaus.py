@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.estimation.track import Track
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 STEADY = 0.02
 """Relative change of the base amplitude that still is no ramp."""

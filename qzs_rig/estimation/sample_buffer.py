@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 class SampleBuffer:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from qzs_rig.dof import TRANSLATIONS
 from qzs_rig.errors import InputError
+from qzs_rig.units import TRANSLATIONS
 
 BOUNDS = {
     'periods': (2.0, 64.0),

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 FUNDAMENTAL = slice(1, 7)
 PHASE_TOLERANCE = 0.03

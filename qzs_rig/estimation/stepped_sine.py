@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.estimation.directions import monotone_runs
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.estimation.events import find_events
@@ -16,7 +15,8 @@ from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.estimation.track import Track
 from qzs_rig.estimation.tracked_sine import Progress, TrackedSine, unsettled_report
 from qzs_rig.estimation.tracker import Point
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import DOFS
 
 
 class SteppedSine:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from qzs_rig.estimation.estimate import Curve
 from qzs_rig.estimation.tracker import Point
 from qzs_rig.estimation.uncertainty import noise
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 @dataclass(frozen=True)

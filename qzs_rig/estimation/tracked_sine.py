@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.estimation.directions import sweep_runs
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.estimation.events import find_events
@@ -20,7 +19,8 @@ from qzs_rig.estimation.sine_fit import SineFitter
 from qzs_rig.estimation.track import Track, track_of
 from qzs_rig.estimation.tracker import Point, Tracker, search_lengths
 from qzs_rig.estimation.uncertainty import unrest
-from qzs_rig.timehistory import NS, Array
+from qzs_rig.samples import NS, Array
+from qzs_rig.units import DOFS
 
 
 class Progress(NamedTuple):
@@ -46,7 +46,7 @@ class TrackedSine:
     def __init__(
         self, settings: TrackedSineSettings, step_ns: int, dofs: Sequence[str] = DOFS
     ) -> None:
-        """`dofs` names the columns, from qzs_rig.dof.DOFS; `step_ns` is the sample step."""
+        """`dofs` names the columns, from qzs_rig.units.DOFS; `step_ns` is the sample step."""
         unknown = [dof for dof in dofs if dof not in DOFS]
         if unknown:
             raise ValueError(f'unknown degrees of freedom {unknown}; known are {list(DOFS)}')

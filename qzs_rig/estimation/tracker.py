@@ -11,7 +11,7 @@ from qzs_rig.estimation.acquisition import find_tone
 from qzs_rig.estimation.sample_buffer import SampleBuffer
 from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.estimation.sine_fit import SineFit, SineFitter
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 SEARCH_S = 0.5
 LADDER = 1.5

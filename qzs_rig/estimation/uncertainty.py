@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from qzs_rig.estimation.tracker import Point
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 FIT = 2.0
 """A fundamental fitted with a moving envelope under the weight (1 - u²)² scatters twice as much

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.excitation import sine, stepped_sine, sweep
 from qzs_rig.excitation.segments import Segment
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 EXCITATIONS: dict[str, Callable[[RunSpec], tuple[Segment, ...]]] = {
     'sine': sine.plan,

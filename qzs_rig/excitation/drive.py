@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.excitation import EXCITATIONS, QUANTITIES
 from qzs_rig.excitation.envelope import fade_in, fade_out, shaped
 from qzs_rig.excitation.segments import Cycles, Dwell, Segment
 from qzs_rig.parameters import RunSpec
-from qzs_rig.timehistory import NS, Array
+from qzs_rig.samples import NS, Array
+from qzs_rig.units import DOFS
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 Wave = tuple[Array, Array, Array]
 """A function of time with its first and second derivative, each (n,) or (n, c)."""

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 class Cycles(NamedTuple):

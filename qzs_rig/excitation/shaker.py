@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.errors import LimitError
 from qzs_rig.excitation.drive import Drive
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 PARAMETERS = (
     Parameter('shaker.limits', bool, True, '', 'refuse a run that the shaker could not perform'),

@@ -8,7 +8,7 @@ import numpy as np
 
 from qzs_rig.identification.fit import Fit
 from qzs_rig.identification.unknowns import Unknowns
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 BLIND = 1e-10
 """Of the largest singular value: below, the data say nothing at all about a combination."""

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import DIRECTIONS
 from qzs_rig.identification.points import Points
+from qzs_rig.units import DOFS
 
 NEEDED = ('dof', 'frequency_hz', 'transmissibility')
 OPTIONAL = ('direction', 'phase_deg', 'std')

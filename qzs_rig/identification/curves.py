@@ -10,7 +10,7 @@ from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.estimation.events import RINGING, find_jumps
 from qzs_rig.identification.points import Points
 from qzs_rig.parameters import RunSpec
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 SETTLED = 'stepped_sine'
 """The estimator whose points have settled; any other followed a sine on the move."""

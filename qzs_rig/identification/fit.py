@@ -18,7 +18,7 @@ from qzs_rig.identification.residuals import Set, State, evaluate, noise_of, qua
 from qzs_rig.identification.response import Response, ends_near, nearest
 from qzs_rig.identification.start import ROUGH, elsewhere, starts
 from qzs_rig.identification.unknowns import Unknowns
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 HARMONICS = 7
 ROUNDS = 8

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from qzs_rig.identification.plant import Plant
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 NEWTON = 12
 TOLERANCE = 1e-11

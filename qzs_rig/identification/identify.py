@@ -19,7 +19,7 @@ from qzs_rig.identification.response import Response, followed
 from qzs_rig.identification.start import idle
 from qzs_rig.identification.unknowns import TRIM, Unknown, Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 WIDE = 4.0
 """Half an interval over the standard error that a parameter is still worth (see Unknown.scale)."""

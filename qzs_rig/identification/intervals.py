@@ -17,7 +17,7 @@ from qzs_rig.identification.covariance import Covariance
 from qzs_rig.identification.fit import Fit
 from qzs_rig.identification.least_squares import Trial, minimise
 from qzs_rig.identification.residuals import State, evaluate
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 LEVEL = 0.95
 STRAIGHT = (0.8, 1.3)

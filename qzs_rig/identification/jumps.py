@@ -21,8 +21,8 @@ from qzs_rig.identification.plant import Plant, plant
 from qzs_rig.identification.response import STEP
 from qzs_rig.identification.unknowns import Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.response import frequency_response
-from qzs_rig.timehistory import Array
 
 
 @dataclass(frozen=True)

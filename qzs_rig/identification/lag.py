@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from qzs_rig.identification.plant import Complex, Plant
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 def swept_over_steady(plant: Plant, omega: Array, rate: Array, x: Array) -> Complex:

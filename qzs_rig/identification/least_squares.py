@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 State = TypeVar('State')
 STEPS = 30

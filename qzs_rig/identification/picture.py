@@ -14,8 +14,8 @@ from qzs_rig.files import write_new
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.plant import plant
 from qzs_rig.identification.residuals import Set
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
-from qzs_rig.timehistory import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.excitation import QUANTITIES
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
+from qzs_rig.units import DOFS
 
 Complex = NDArray[np.complex128]
 

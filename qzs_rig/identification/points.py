@@ -8,9 +8,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import DOFS
 
 LEAST = 4
 """Points a degree of freedom needs; fewer do not even show a curve."""

@@ -14,7 +14,7 @@ from qzs_rig.identification.plant import Complex, plant
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.response import Response, followed, sensitivity
 from qzs_rig.identification.unknowns import Unknowns
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 LEAST_NOISE = 1e-4
 """Standard deviation below which no measurement is believed, relative or in rad: windows that have

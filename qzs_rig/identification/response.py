@@ -11,8 +11,8 @@ from qzs_rig.identification.plant import Complex, Plant, plant
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.seeds import centred, ratios
 from qzs_rig.identification.unknowns import Unknowns
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.harmonic_balance import steady
-from qzs_rig.timehistory import Array
 
 STEP = 1e-5
 """Of a parameter's scale, for central differences of the balance at fixed motion: truncation

@@ -6,7 +6,7 @@ import numpy as np
 
 from qzs_rig.identification.plant import Complex, Plant
 from qzs_rig.identification.points import Points
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 WELL = 0.15
 """In units of L20; wells of A = 1.12 lie 0.07 from the middle."""

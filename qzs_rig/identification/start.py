@@ -16,7 +16,7 @@ from qzs_rig.identification.plant import plant
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.seeds import centred, ratios
 from qzs_rig.identification.unknowns import TRIM, Unknowns
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 TRIMS = (-0.01, 0.01)
 """Of the payload: a curve is nearly the same for more weight and for less, so both are tried."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import COUPLED_ONLY, Platform
 from qzs_rig.parameters import Parameter, RunSpec, unknown_parameter
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import DOFS
 
 TRIM = 'platform.payload_trim'
 DEFAULT = ('platform.zeta', 'platform.A', TRIM)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import DivergenceError, InputError
 from qzs_rig.mechanics import marching
 from qzs_rig.mechanics.platform import Platform
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import DOFS
 
 
 class Integrator:

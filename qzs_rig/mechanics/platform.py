@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import Cubic, RestoringLaw
 from qzs_rig.mechanics.statics import equilibrium
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.units import DOFS, GRAVITY
 
 
 def _positive(name: str, default: float | None, unit: str, text: str) -> Parameter:

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring.law import RestoringLaw
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import DOFS
 
 FAR = 10.0
 """Where a search along a law ends: ten suspension springs away."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.predict import predict
+from qzs_rig.run import in_process
 
 SWEEP = {
     'excitation.frequency_low': '0.5',
@@ -69,7 +70,7 @@ def _run(law: str) -> tuple[RunSpec, Estimate]:
     for dof in ('vertical', 'horizontal'):
         words[f'excitation.amplitude.{dof}'] = str(LEVEL)
     spec = scenario.load('vertical_sweep', [f'{name}={value}' for name, value in words.items()])
-    return spec, rig.run(spec).estimate
+    return spec, in_process.run(spec).estimate
 
 
 def _forward(estimate: Estimate) -> Estimate:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from qzs_rig.prediction import curve
 from qzs_rig.prediction.curve import Branch, Prediction
 from qzs_rig.prediction.scale import Scale
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import response
 from qzs_rig.theory.balance.response import Event, FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 METHOD, LABEL = 'harmonic_balance', 'theory, harmonic balance'
 FINER = 6

@@ -9,7 +9,7 @@ from functools import cmp_to_key
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 EDGE = 1e-9
 """A branch that ends this close (relative) to the end of the range ends there, and in no fold."""

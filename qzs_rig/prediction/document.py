@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.dof import displacement_unit
 from qzs_rig.errors import InputError
 from qzs_rig.files import finite_or_none
 from qzs_rig.prediction.curve import Branch, Fold, Prediction
+from qzs_rig.units import displacement_unit
 
 SCHEMA = 'qzs_rig/theory/1'
 _COLUMNS = ('frequency_hz', 'transmissibility', 'phase_deg', 'stroke')

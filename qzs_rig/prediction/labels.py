@@ -12,7 +12,7 @@ import numpy as np
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.files import finite_or_none
 from qzs_rig.prediction.curve import Branch, Prediction
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 SCHEMA = 'qzs_rig/match/1'
 NONE = 'none'

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.dof import DOFS, displacement_unit
 from qzs_rig.errors import InputError, LimitError
 from qzs_rig.excitation.drive import Drive
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction
-from qzs_rig.timehistory import NS, Array
+from qzs_rig.samples import NS, Array
+from qzs_rig.units import DOFS, displacement_unit
 
 GRID_S = 0.02
 """Step of time in which the plan is followed."""

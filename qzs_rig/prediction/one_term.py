@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from qzs_rig.prediction import curve
 from qzs_rig.prediction.curve import Branch, Prediction
 from qzs_rig.prediction.scale import Scale
+from qzs_rig.samples import Array
 from qzs_rig.theory import single_term
 from qzs_rig.theory.single_term import SingleTerm
-from qzs_rig.timehistory import Array
 
 METHOD, LABEL = 'single_term', 'theory, one harmonic'
 POINTS = 400

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from qzs_rig.dof import DOFS
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction import balance, one_term
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.scale import Scale
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import DOFS
 
 
 def predict(spec: RunSpec) -> tuple[Prediction, ...]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from qzs_rig.dof import DOFS
 from qzs_rig.excitation import QUANTITIES
 from qzs_rig.excitation.sweep import band
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
+from qzs_rig.units import DOFS
 
 MARGIN = 1.02
 """Theory goes a little beyond the band of the run."""

@@ -10,21 +10,22 @@ from typing import Any
 
 from std_srvs.srv import Trigger
 
-from qzs_rig import files, runfolder, wire
-from qzs_rig.analysis import AnalyzerStage
+from qzs_rig import files, wire
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.parameters import dofs_of
 from qzs_rig.parameters import Parameter
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.document import from_document
-from qzs_rig.recording import Recording
 from qzs_rig.ros import qos
 from qzs_rig.ros.follower import Follower
 from qzs_rig.ros.leaving import leave
 from qzs_rig.ros.live import Live
 from qzs_rig.ros.spinning import run
-from qzs_rig.runsheet import RunSheet
-from qzs_rig.timehistory import NS
+from qzs_rig.run import runfolder
+from qzs_rig.run.analysis import AnalyzerStage
+from qzs_rig.run.recording import Recording
+from qzs_rig.run.sheet import RunSheet
+from qzs_rig.samples import NS
 from qzs_rig.wire import ImuBatch
 
 BATCH_S = 0.02
@@ -72,9 +73,9 @@ class Analyzer(Follower):
         for raw in self._raw:
             raw.clear()
         self._stage = AnalyzerStage(self.spec, sheet.step_ns or None)
-        folder = self.spec.text('folder')
+        named = self.spec.text('folder')
         self._folder = (
-            Path(folder) if folder else runfolder.new_folder(sheet.scenario, sheet.run_id)
+            Path(named) if named else runfolder.new_folder(sheet.scenario, sheet.run_id)
         )
         self._recording = Recording(self._folder, *self._names)
         self._recording.sheet(sheet.start_ns, sheet)

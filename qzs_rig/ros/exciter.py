@@ -6,10 +6,10 @@ from qzs_rig import wire
 from qzs_rig.ros.lead import Lead
 from qzs_rig.ros.leaving import leave
 from qzs_rig.ros.spinning import run
-from qzs_rig.runsheet import RunSheet
+from qzs_rig.run.sheet import RunSheet
+from qzs_rig.run.stages import ExciterStage
+from qzs_rig.samples import TimeHistory
 from qzs_rig.scenario import step_ns_of
-from qzs_rig.stages import ExciterStage
-from qzs_rig.timehistory import TimeHistory
 
 
 class Exciter(Lead):

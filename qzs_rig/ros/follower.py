@@ -12,7 +12,7 @@ from qzs_rig.errors import PeerError, RigError
 from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.lead import PEER_STATUS
 from qzs_rig.ros.node import REPEAT_S, RigNode
-from qzs_rig.runsheet import RunSheet, from_document
+from qzs_rig.run.sheet import RunSheet, from_document
 from qzs_rig.wire import Status
 
 STATUS_S = 0.2

@@ -26,7 +26,7 @@ from qzs_rig.prediction.document import to_document
 from qzs_rig.prediction.predict import predict
 from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.node import REPEAT_S, RigNode
-from qzs_rig.runsheet import RunSheet
+from qzs_rig.run.sheet import RunSheet
 from qzs_rig.wire import Status, Topic
 
 PEER_STATUS: dict[str, Topic] = {

@@ -8,11 +8,11 @@ import time
 from collections.abc import Sequence
 
 from qzs_rig import wire
-from qzs_rig.analysis import AnalyzerStage
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.prediction import labels
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.ros.node import RigNode
+from qzs_rig.run.analysis import AnalyzerStage
 
 ESTIMATE_S = 0.2
 """Least time between two `analyzer/estimate`."""

@@ -7,14 +7,14 @@ import time
 import numpy as np
 
 from qzs_rig import wire
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import GapError
 from qzs_rig.ros.follower import Follower
 from qzs_rig.ros.leaving import leave
 from qzs_rig.ros.spinning import run
-from qzs_rig.runsheet import RunSheet
-from qzs_rig.stages import MOTION_CHANNELS, PlatformStage
-from qzs_rig.timehistory import NS, TimeHistory, index_of
+from qzs_rig.run.sheet import RunSheet
+from qzs_rig.run.stages import MOTION_CHANNELS, PlatformStage
+from qzs_rig.samples import NS, TimeHistory, index_of
+from qzs_rig.units import DOFS
 
 JOINT_STATES_S = 1.0 / 60.0
 

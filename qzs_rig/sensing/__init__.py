@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.samples import Array
 from qzs_rig.sensing import ideal, noisy
-from qzs_rig.timehistory import Array
 
 
 class Sensor(Protocol):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 PARAMETERS: tuple[Parameter, ...] = ()
 

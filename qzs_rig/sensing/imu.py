@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.gravity import GRAVITY
-from qzs_rig.timehistory import Array, Channel
+from qzs_rig.samples import Array, Channel
+from qzs_rig.units import GRAVITY
 
 IMU_CHANNELS = (
     *(Channel(f'angular_velocity.{axis}', 'rad/s') for axis in 'xyz'),

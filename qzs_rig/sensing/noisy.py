@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.timehistory import NS, Array
+from qzs_rig.samples import NS, Array
 
 PARAMETERS = (
     Parameter(

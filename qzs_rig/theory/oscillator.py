@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import RestoringLaw
 from qzs_rig.parameters import RunSpec
+from qzs_rig.units import DOFS
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from qzs_rig.campaign import plan
 from qzs_rig.campaign.bank import banks
 from qzs_rig.campaign.part import Harvest
 from qzs_rig.campaign.tasks.single_term import amplitude_hat
-from qzs_rig.dof import DOFS
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import DOFS
 
 RANGES = {
     'SI': {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.advisor.proposal import propose
 from qzs_rig.advisor.wish import Wish
 from qzs_rig.campaign import plan, work
@@ -19,6 +19,7 @@ from qzs_rig.campaign.tasks.trace import NoBranchError
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.lyapunov import exponents
@@ -102,14 +103,16 @@ def test_run_is_the_rig_with_a_seed_of_its_own_at_each_point():
     seeds = [points.point_seed(row) for row in range(2)]
     assert len(set(seeds)) == 2
     spec = points.spec(1).override({'run.seed': seeds[1]})
-    curve = rig.run(spec).estimate.curves[0]
+    curve = in_process.run(spec).estimate.curves[0]
     assert part.columns['peak_T'][1] == curve.magnitude.max()
     assert part.columns['lost'].tolist() == [0.0, 0.0]
 
 
 def test_a_seed_given_is_the_seed_of_all_points():
     _, part = computed('run', {'platform.zeta': [0.2]}, QUICK | {'run.seed': 9})
-    curve = rig.run(scenario.of(QUICK | {'run.seed': 9, 'platform.zeta': 0.2})).estimate.curves[0]
+    curve = in_process.run(
+        scenario.of(QUICK | {'run.seed': 9, 'platform.zeta': 0.2})
+    ).estimate.curves[0]
     assert part.columns['peak_T'][0] == curve.magnitude.max()
 
 

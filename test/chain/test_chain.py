@@ -7,17 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from qzs_rig import offline, rig, scenario, wire
-from qzs_rig.analysis import AnalyzerStage
+from qzs_rig import scenario, wire
 from qzs_rig.bag import BagReader
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import DivergenceError, InputError
 from qzs_rig.mechanics.platform import Platform
-from qzs_rig.recording import Recording
-from qzs_rig.runsheet import RunSheet
-from qzs_rig.stages import MOTION_CHANNELS, ExciterStage, PlatformStage
+from qzs_rig.run import in_process, offline
+from qzs_rig.run.analysis import AnalyzerStage
+from qzs_rig.run.recording import Recording
+from qzs_rig.run.sheet import RunSheet
+from qzs_rig.run.stages import MOTION_CHANNELS, ExciterStage, PlatformStage
+from qzs_rig.samples import TimeHistory, join
 from qzs_rig.theory.single_term import single_term
-from qzs_rig.timehistory import TimeHistory, join
+from qzs_rig.units import DOFS
 from qzs_rig.wire import ImuBatch
 
 START = 1_700_000_000_000_000_000
@@ -54,7 +55,7 @@ class Kept:
 
 def perform(given, chunk):
     kept = Kept()
-    result = rig.run(scenario.of(given), START, kept, chunk=chunk)
+    result = in_process.run(scenario.of(given), START, kept, chunk=chunk)
     return result, kept.signals()
 
 
@@ -100,7 +101,7 @@ def test_the_estimate_holds_every_driven_degree_of_freedom(whole):
 def test_progress_and_counts(whole):
     seen = []
     short = SWEEP | {'excitation.duration': 2.0}
-    result = rig.run(scenario.of(short), progress=lambda *at: seen.append(at), chunk=300)
+    result = in_process.run(scenario.of(short), progress=lambda *at: seen.append(at), chunk=300)
     assert seen == [(300, 801), (600, 801), (801, 801)]
     assert (result.samples, result.rig_s) == (801, 4.0)
     assert result.cautions == ()
@@ -109,7 +110,7 @@ def test_progress_and_counts(whole):
 
 def test_cautions_reach_the_result():
     tipping = SWEEP | {'excitation.duration': 1.0, 'platform.L0_hat': 0.1}
-    (caution,) = rig.run(scenario.of(tipping)).cautions
+    (caution,) = in_process.run(scenario.of(tipping)).cautions
     assert caution.startswith('horizontal_rotation has negative stiffness')
 
 
@@ -139,7 +140,7 @@ def record(folder, given, chunk=40, per_message=25):
         assert np.array_equal(batch.data, out.top_imu.data)
         recording.tick()
 
-    result = rig.run(spec, START, keep, chunk=chunk)
+    result = in_process.run(spec, START, keep, chunk=chunk)
     recording.sheet(START + samples * step_ns, sheet.of(state='finished'))
     recording.close()
     return result, kept.signals()
@@ -211,7 +212,7 @@ def test_an_estimate_is_found_beside_its_bag_in_it_or_alone(recorded, tmp_path):
 def test_a_platform_that_runs_away_gives_no_reading():
     wild = SWEEP | {'excitation.amplitude.horizontal_rotation': 800.0}
     with pytest.raises(DivergenceError, match='horizontal_rotation left the domain'):
-        rig.run(scenario.of(wild))
+        in_process.run(scenario.of(wild))
 
 
 def test_clipped_readings_are_counted():
@@ -260,7 +261,7 @@ STEPS = {
 def steps(**given):
     words = {name.replace('__', '.'): value for name, value in given.items()}
     spec = scenario.of(STEPS | words)
-    return Platform.from_spec(spec), rig.run(spec).estimate.curves
+    return Platform.from_spec(spec), in_process.run(spec).estimate.curves
 
 
 def assert_close(curve, theory):

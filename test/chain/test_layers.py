@@ -15,14 +15,12 @@ import qzs_rig
 ROOT = Path(qzs_rig.__file__).parent
 
 LAYERS = (
-    {'__init__', 'errors', 'dof', 'gravity'},
-    {'files', 'timehistory', 'cdr', 'parameters'},
+    {'__init__', 'errors', 'units'},
+    {'files', 'samples', 'cdr', 'parameters'},
     {'excitation', 'mechanics', 'sensing', 'estimation'},
     {'scenario', 'theory', 'wire', 'bag'},
     {'prediction'},
-    {'stages', 'runsheet', 'runfolder', 'loopback'},
-    {'analysis', 'recording'},
-    {'rig', 'offline'},
+    {'run', 'loopback'},
     {'compare', 'ros'},
     {'drawing', 'claims'},
     {'datasheet', 'advisor', 'paper_figures', 'identification'},
@@ -62,7 +60,7 @@ HOMES = {
 """The only packages that may import a dependency; messages of ROS count as rclpy."""
 
 MODULES = sorted(ROOT.rglob('*.py'))
-PLAIN = ('errors', 'parameters', 'timehistory', 'scenario', 'stages', 'rig', 'wire', 'runsheet')
+PLAIN = ('errors', 'parameters', 'samples', 'scenario', 'run.in_process', 'run.sheet', 'wire')
 
 
 def package_of(path: Path) -> str:

@@ -10,9 +10,9 @@ import sys
 import pytest
 
 from qzs_rig.cli.main import execute
-from qzs_rig.dof import DOFS
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.units import DOFS
 
 PAGES = ('svg', 'png')
 WEIGHTED = ('closed_form', 'corrected', 'taylor', 'printed', 'geometric')

@@ -13,8 +13,8 @@ from sensor_msgs.msg import Imu
 
 from qzs_rig import scenario, wire
 from qzs_rig.ros.lead import IN_FLIGHT
-from qzs_rig.runsheet import RunSheet
-from qzs_rig.stages import ExciterStage
+from qzs_rig.run.sheet import RunSheet
+from qzs_rig.run.stages import ExciterStage
 
 NOISE = wire.Topic('base/imu', 'std_msgs/msg/String', 10)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.errors import InputError
 from qzs_rig.identification import curves, told
 from qzs_rig.identification.advice import advice
@@ -15,6 +15,7 @@ from qzs_rig.identification.identify import identify
 from qzs_rig.identification.intervals import Interval
 from qzs_rig.identification.points import by_dof
 from qzs_rig.identification.unknowns import DEFAULT
+from qzs_rig.run import in_process
 
 
 @pytest.mark.parametrize('lane', [0, 1])
@@ -91,7 +92,7 @@ def test_a_stepped_run_of_the_rig_is_found_again():
     true = {'platform.zeta': 0.03, 'platform.A': 1.11, 'platform.payload_trim': 0.3}
     start = scenario.load('stepped_sine')
     spec = start.override(true)
-    parts = by_dof(curves.measured(rig.run(spec).estimate, spec), None)
+    parts = by_dof(curves.measured(in_process.run(spec).estimate, spec), None)
     found = identify(start, parts, tuple(true))
     for limit, value in zip(found.intervals, true.values(), strict=True):
         assert limit.low <= value <= limit.high
@@ -102,7 +103,7 @@ def test_the_lag_of_a_sweep_is_taken_off():
     true = {'platform.zeta': 0.03, 'platform.A': 1.11}
     start = scenario.load('vertical_sweep').override({'platform.payload_trim': 0.3})
     spec = start.override(true)
-    parts = by_dof(curves.measured(rig.run(spec).estimate, spec), None)
+    parts = by_dof(curves.measured(in_process.run(spec).estimate, spec), None)
     found = identify(start, parts, tuple(true))
     still = [replace(points, chirp=np.zeros(len(points))) for points in parts]
     biased = identify(start, still, tuple(true))

@@ -10,15 +10,16 @@ from functools import lru_cache
 
 import pytest
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.advisor.proposal import REACH, propose
 from qzs_rig.advisor.trial import text, trial
 from qzs_rig.advisor.warn import WARNINGS, Case, warnings
 from qzs_rig.advisor.wish import Wish
 from qzs_rig.errors import InputError
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import read_yaml
+from qzs_rig.run import in_process
+from qzs_rig.units import GRAVITY
 
 PLAIN = Wish(mass=50.0, onset=2.0, stroke=0.1, level=1.0)
 WISHES = {
@@ -55,7 +56,9 @@ def test_response_keeps_the_wish(wish):
 def test_simulated_onset_is_the_promised_one(name):
     p = proposed(WISHES[name])
     promised = p.motion.response().onset
-    measured = [e.frequency_hz for e in rig.run(trial(p)).estimate.events if e.kind == 'onset']
+    measured = [
+        e.frequency_hz for e in in_process.run(trial(p)).estimate.events if e.kind == 'onset'
+    ]
     assert len(measured) == 2
     # cubic against exact law within REACH, and the even term: a tenth
     assert max(measured) == pytest.approx(promised, rel=0.1)

@@ -12,9 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.integrate._ivp import dop853_coefficients as dop853
 from scipy.spatial.transform import Rotation
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.errors import DivergenceError, InputError
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.geometric import motion
 from qzs_rig.mechanics.geometric.energy import elastic, potential
 from qzs_rig.mechanics.geometric.geometry import Geometry
@@ -24,8 +23,10 @@ from qzs_rig.mechanics.geometric.pose import angles, axes_of, quaternion
 from qzs_rig.mechanics.geometric.slope import gradient
 from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform
+from qzs_rig.run import in_process
+from qzs_rig.run.stages import SIX_CHANNELS, ExciterStage, PlatformStage
 from qzs_rig.sensing.imu import specific_force_and_rate
-from qzs_rig.stages import SIX_CHANNELS, ExciterStage, PlatformStage
+from qzs_rig.units import GRAVITY
 
 SIZE = np.array([0.03, 0.02, 0.1, 0.08])  # m, m, rad, rad
 TONES = np.array([[9.0, 14.0], [8.0, 15.0], [7.0, 16.0], [6.0, 17.0]])  # rad/s
@@ -439,7 +440,7 @@ def test_uncoupled_is_the_projection():
 
 
 def test_a_run_in_process_warns_and_estimates():
-    result = rig.run(driven())
+    result = in_process.run(driven())
     assert any('platform.hinge is unset' in caution for caution in result.cautions)
     assert {curve.dof for curve in result.estimate.curves} >= {'horizontal'}
 

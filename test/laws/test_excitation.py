@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from qzs_rig import scenario
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.excitation import EXCITATIONS, QUANTITIES
 from qzs_rig.excitation.drive import Drive
 from qzs_rig.excitation.envelope import fade_in, fade_out
 from qzs_rig.excitation.segments import Dwell, Ease, Glide, LinearChirp, LogChirp
-from qzs_rig.stages import ExciterStage
+from qzs_rig.run.stages import ExciterStage
+from qzs_rig.units import DOFS
 
 NS = 1_000_000_000
 EPS = np.finfo(float).eps

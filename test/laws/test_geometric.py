@@ -9,9 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from qzs_rig import scenario
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.geometric.energy import elastic, potential
 from qzs_rig.mechanics.geometric.equilibrium import equilibrium
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
@@ -22,6 +20,7 @@ from qzs_rig.mechanics.geometric.wrench import wrench
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring import geometric as projection
+from qzs_rig.units import DOFS, GRAVITY
 
 CASES = {
     'Table 1': {},

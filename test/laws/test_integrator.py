@@ -11,12 +11,12 @@ from scipy.integrate import quad, romb, solve_ivp
 from scipy.linalg import expm
 
 from qzs_rig import scenario
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import DivergenceError, InputError
 from qzs_rig.mechanics import marching
 from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.units import DOFS
 
 STANDING = {'platform.A': 1.1, 'platform.k3_hat': 0.2}  # no degree of freedom tips over
 SIZE = np.array([0.05, 0.04, 0.2, 0.1])  # m, m, rad, rad: nonlinear, far from instability

@@ -11,11 +11,11 @@ import pytest
 from scipy.integrate import quad
 
 from qzs_rig import scenario
-from qzs_rig.dof import DOFS
 from qzs_rig.mechanics import marching
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING, bulk, printed
+from qzs_rig.units import DOFS
 
 DESIGNS = {
     'paper': PAPER_DESIGN,

@@ -10,7 +10,7 @@ from qzs_rig import scenario
 from qzs_rig.errors import InputError, LimitError
 from qzs_rig.excitation.drive import Drive
 from qzs_rig.excitation.shaker import refuse_beyond_limits
-from qzs_rig.stages import ExciterStage
+from qzs_rig.run.stages import ExciterStage
 
 
 def check(**given):

@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.units import DOFS, GRAVITY
 
 EPS = np.finfo(float).eps
 WEIGHTED = ('closed_form', 'corrected', 'taylor', 'printed', 'geometric')

@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from qzs_rig import rig, scenario
-from qzs_rig.dof import DOFS
+from qzs_rig import scenario
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.prediction import balance, one_term
 from qzs_rig.prediction.labels import label_all
 from qzs_rig.prediction.predict import predict
 from qzs_rig.prediction.scale import Scale
+from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import DOFS
 
 LOUD = {'excitation.amplitude.vertical': 4.0}
 
@@ -102,7 +103,7 @@ def test_a_dwell_is_where_the_branch_says(dof):
     def tap(base, out):
         strokes.append(out.top.data[:, number] - base.data[:, number])
 
-    estimate = rig.run(spec, tap=tap).estimate
+    estimate = in_process.run(spec, tap=tap).estimate
     (prediction,) = predict(spec)
     assert prediction.method == 'harmonic_balance'
     (curve,) = (curve for curve in estimate.curves if curve.dof == dof)

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from qzs_rig import runfolder
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.prediction import document, labels, one_term
 from qzs_rig.prediction.scale import Scale
+from qzs_rig.run import runfolder
 
 SCALE = Scale('vertical', 20.0, 0.6, amplitude=0.04, falloff=0, low_hz=0.5, high_hz=9.0)
 THEORY = one_term.predict(SCALE, c1=0.15, c3=4.2, zeta=0.05)

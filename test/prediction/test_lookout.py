@@ -12,7 +12,7 @@ from qzs_rig.errors import InputError, LimitError
 from qzs_rig.excitation.drive import Drive
 from qzs_rig.prediction.curve import Branch, Prediction
 from qzs_rig.prediction.lookout import GRID_S, follow, look_out
-from qzs_rig.stages import ExciterStage
+from qzs_rig.run.stages import ExciterStage
 
 STEP_NS = 5_000_000
 

@@ -7,11 +7,12 @@ import json
 import numpy as np
 import pytest
 
-from qzs_rig import rig, scenario
+from qzs_rig import scenario
 from qzs_rig.cli import main
 from qzs_rig.errors import LimitError
 from qzs_rig.prediction.labels import label_all
 from qzs_rig.prediction.predict import predict
+from qzs_rig.run import in_process
 
 DOWN = {
     'run.rate': 200.0,
@@ -29,7 +30,7 @@ def perform(given, **how):
     """The run's result and the largest vertical distance of top and base from rest, m."""
     strokes = []
     tap = lambda base, out: strokes.append(np.abs(out.top.data[:, 0] - base.data[:, 0]).max())  # noqa: E731
-    return rig.run(scenario.of(given), 0, tap, **how), max(strokes)
+    return in_process.run(scenario.of(given), 0, tap, **how), max(strokes)
 
 
 def test_a_run_is_stopped_before_the_plate_goes_too_far():
@@ -70,7 +71,7 @@ def test_a_run_that_begins_beyond_its_limit_never_moves():
 def test_the_points_of_a_quiet_sweep_lie_on_their_branches():
     given = DOWN | {'excitation.direction': 'there_and_back', 'excitation.duration': 240.0}
     spec = scenario.of(given)
-    estimate = rig.run(spec).estimate
+    estimate = in_process.run(spec).estimate
     forward, reverse = label_all(estimate, predict(spec))
     # T falls through 1 at a jump, so the higher one is the upper branch
     for found, curve in zip((forward, reverse), estimate.curves, strict=True):

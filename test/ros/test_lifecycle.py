@@ -12,7 +12,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
-from ros_support import LONG, SAMPLES, SHORT, in_process, kept, read, wait_until
+from ros_support import LONG, SAMPLES, SHORT, kept, read, wait_until, without_ros
 from std_srvs.srv import Trigger
 
 from qzs_rig import wire
@@ -82,7 +82,7 @@ def test_started_by_a_supervisor(lab):
     assert ears.got['rig/run'] == []
     assert tell(ears, 'activate') and state(ears) == 'active'
     assert first.code() == 0
-    assert kept(lab.folder / 'first')[1] == in_process(SHORT)[0]
+    assert kept(lab.folder / 'first')[1] == without_ros(SHORT)[0]
 
     # a second run with another amplitude, set as `ros2 param set` does
     wait_until(lambda: ears.sheets()[-1].state == 'finished', 'the first run to end')
@@ -96,7 +96,7 @@ def test_started_by_a_supervisor(lab):
     assert second.code() == 0
     run, estimate = kept(lab.folder / 'second')
     assert all(c['received'] == SAMPLES and c['lost'] == 0 for c in run['topics'].values())
-    assert estimate == in_process(SHORT | {name: 1.5})[0]
+    assert estimate == without_ros(SHORT | {name: 1.5})[0]
     assert exciter.running and platform.running
 
 

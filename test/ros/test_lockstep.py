@@ -7,9 +7,9 @@ import time
 
 import numpy as np
 import pytest
-from ros_support import ROLES, SAMPLES, SHORT, in_process, kept, read, same_bits
+from ros_support import ROLES, SAMPLES, SHORT, kept, read, same_bits, without_ros
 
-from qzs_rig import offline
+from qzs_rig.run import offline
 
 NOISY = SHORT | {'sensor.kind': 'noisy', 'run.seed': 5}
 
@@ -35,7 +35,7 @@ def test_any_order_waits_and_loses_nothing(lab, order, pauses):
     assert run['topics'] == {'base/imu': counts, 'top/imu': counts}
     assert (run['schema'], run['mode'], run['state']) == ('qzs_rig/run/1', 'lockstep', 'finished')
     assert run['rig_s'] == 10.0
-    reference, columns = in_process(NOISY)
+    reference, columns = without_ros(NOISY)
     assert estimate == reference
     assert offline.analyze(lab.folder / 'out').estimate.to_json() == json.dumps(estimate)
 

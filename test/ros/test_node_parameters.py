@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
-from ros_support import LONG, SHORT, in_process, kept
+from ros_support import LONG, SHORT, kept, without_ros
 
 SERVICES = (
     ('exciter/set_parameters', SetParameters),
@@ -39,7 +39,7 @@ def test_integers_for_reals(lab):
     spec = SHORT | {'run.rate': 200, 'excitation.ramp': 1, 'excitation.amplitude.vertical': 1}
     nodes = lab.rig(spec)
     assert [node.code() for node in nodes] == [0, 0, 0]
-    assert kept(lab.folder / 'out')[1] == in_process(SHORT)[0]
+    assert kept(lab.folder / 'out')[1] == without_ros(SHORT)[0]
 
 
 def value_of(value):

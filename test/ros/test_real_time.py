@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from ros_support import SHORT, in_process, kept, read
+from ros_support import SHORT, kept, read, without_ros
 
 from qzs_rig import wire
 
@@ -38,7 +38,7 @@ def test_real_time_in_a_namespace(lab):
     assert run['mode'] == 'real_time' and run['rig_s'] == 4.0
     # from the first to the last batch; batches are 20 ms and start together
     assert 3.5 < run['wall_s'] < 6.0
-    assert estimate == in_process(SPEC)[0]
+    assert estimate == without_ros(SPEC)[0]
     sheets, _, imus = read(lab.folder / 'out')
     grid = sheets[-1].start_ns + np.arange(SAMPLES) * 2_000_000
     assert all((imu.stamps_ns == grid).all() for imu in imus)

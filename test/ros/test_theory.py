@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 
 import pytest
-from ros_support import SHORT, Lab, document, given, in_process, kept
+from ros_support import SHORT, Lab, document, given, kept, without_ros
 
-from qzs_rig import rig, scenario, wire
+from qzs_rig import scenario, wire
 from qzs_rig.cli.run import Recorder, sheet_of
 from qzs_rig.prediction.document import to_document
 from qzs_rig.prediction.predict import predict
+from qzs_rig.run import in_process
 
 DOWN = SHORT | {
     'excitation.direction': 'reverse',
@@ -80,8 +81,8 @@ def test_the_exciter_stops_ahead_of_the_stroke_as_in_process(lab, mode, limit, w
     nodes = lab.rig(guarded)
     assert [node.code() for node in nodes] == [1, 1, 1]
     run, estimate = kept(lab.folder / 'out')
-    reference, columns = in_process(guarded)
-    expected = rig.run(scenario.of(guarded))
+    reference, columns = without_ros(guarded)
+    expected = in_process.run(scenario.of(guarded))
     assert (run['state'], run['reason']) == ('aborted', expected.stopped)
     assert where in run['reason']
     counts = [topic['received'] for topic in run['topics'].values()]
@@ -112,7 +113,7 @@ def test_a_sheet_of_another_version_is_replayed_without_theory(lab):
     sheet = sheet_of(spec, 'old', 'id')
     sheet = sheet.of(spec={**sheet.spec, 'platform.colour': 'red'})
     recorder = Recorder(lab.folder / 'bag', spec, sheet)
-    rig.run(spec, sheet.start_ns, recorder.keep)
+    in_process.run(spec, sheet.start_ns, recorder.keep)
     recorder.close(sheet.of(state='finished'))
     words = {'bag': str(lab.folder / 'bag'), 'topics': 'imu', 'peers': 'analyzer'}
     player = lab.node('player', words)

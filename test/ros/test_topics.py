@@ -13,8 +13,8 @@ from lifecycle_msgs.srv import ChangeState
 from ros_support import ROLES, SAMPLES, SHORT, Lab
 
 from qzs_rig import wire
-from qzs_rig.dof import DOFS
 from qzs_rig.estimation.estimate import from_document
+from qzs_rig.units import DOFS
 
 CONFIGURE, ACTIVATE = (
     ChangeState.Request(transition=Transition(id=number))

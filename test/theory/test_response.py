@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from theory_motions import DUFFING, cubic, integrated, state
 
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import folds
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 
 def omegas(response, kind='fold'):

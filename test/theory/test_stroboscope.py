@@ -11,7 +11,6 @@ import pytest
 from motion_laws import double_well, rates, ueda, without_numba
 from scipy.integrate import solve_ivp
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring.roots import fast_rsqrt
@@ -21,6 +20,7 @@ from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.splitting import DRIFTS, KICKS, kick_weights
 from qzs_rig.theory.motion.stroboscope import strobe
 from qzs_rig.theory.oscillator import oscillator
+from qzs_rig.units import DOFS
 
 OMEGA = 0.8
 WHOLE = {'periods': 12, 'keep': 12, 'early': False}

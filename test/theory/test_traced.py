@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
@@ -18,6 +17,7 @@ from qzs_rig.theory.balance.harmonic_balance import steady
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.tracer import curve_kernel
 from qzs_rig.theory.tracer.traced import REASONS, Traced, trace, trace_many
+from qzs_rig.units import DOFS
 
 
 def stiffening(design, w):

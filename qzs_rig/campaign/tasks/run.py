@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from qzs_rig import rig
 from qzs_rig.campaign.part import Part, row_by_row
 from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.task import Output, Task
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.run import in_process
+from qzs_rig.units import DOFS
 
 INPUTS = (Parameter('dof', str, 'vertical', '', 'motion whose curve is read', choices=DOFS),)
 WAYS = ('forward', 'reverse')
@@ -35,7 +35,7 @@ def evaluate(points: Points, options: RunSpec) -> Part:
         dof = spec.text('dof')
         if not spec.number(f'excitation.amplitude.{dof}'):
             raise InputError(f'{dof} is not driven; give excitation.amplitude.{dof}')
-        return answer(rig.run(spec).estimate, dof)
+        return answer(in_process.run(spec).estimate, dof)
 
     return row_by_row(points, TASK.columns, row)
 

@@ -9,10 +9,10 @@ from qzs_rig.campaign.bank import AMPLITUDE_NEEDED, MOTION
 from qzs_rig.campaign.part import Part, row_by_row
 from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.task import Output, Task
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.single_term import folds, onset_omega, peak
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 OUTPUTS = (
     Output('peak_T', '', 'largest T on a stable branch; NaN: T nowhere exceeds 1, or unbounded'),

@@ -10,11 +10,11 @@ import numpy as np
 from qzs_rig.campaign.part import Part, row_by_row
 from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.task import Output, Task
-from qzs_rig.dof import DOFS
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.platform import platform_design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.units import DOFS
 
 INPUTS = (Parameter('dof', str, 'vertical', '', 'degree of freedom', choices=DOFS),)
 OPTIONS = (

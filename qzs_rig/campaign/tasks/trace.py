@@ -14,10 +14,10 @@ from qzs_rig.campaign.task import Output, Task
 from qzs_rig.campaign.tasks.single_term import amplitude_hat
 from qzs_rig.errors import RigError
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.harmonic_balance import transmissibility
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.tracer.traced import Traced, trace
-from qzs_rig.timehistory import Array
 
 OPTIONS = (
     Parameter('low', float, 0.05, '', 'lowest Ω', 0.0, above=True),

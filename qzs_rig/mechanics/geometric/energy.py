@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.pose import rotation
+from qzs_rig.units import GRAVITY
 
 ARMS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 

@@ -10,7 +10,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics.geometric.energy import potential
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.slope import gradient, stiffness
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 STEPS = 200
 ROUNDING = 1e-13

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from qzs_rig.dof import DOFS
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring.geometric import HINGE, overturning
 from qzs_rig.parameters import RunSpec
+from qzs_rig.units import DOFS, GRAVITY
 
 SIX = (*DOFS, 'horizontal_y', 'horizontal_rotation_x')
 """The four named degrees of freedom, then the second horizontal axis (y) and the rotation about

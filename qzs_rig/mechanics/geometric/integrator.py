@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.errors import DivergenceError, InputError
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.geometric import motion
 from qzs_rig.mechanics.geometric.equilibrium import equilibrium
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.pose import angles, axes_of, quaternion
 from qzs_rig.mechanics.integrator import hermite_nodes
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import GRAVITY
 
 FURTHEST_TURN = 1.0
 """Angle in rad between plate and base beyond which arms would collide."""

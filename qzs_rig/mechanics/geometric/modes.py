@@ -12,7 +12,7 @@ from qzs_rig.mechanics.geometric.equilibrium import Equilibrium, equilibrium
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
 from qzs_rig.mechanics.geometric.pose import rotation, turning_axes
 from qzs_rig.mechanics.geometric.slope import stiffness
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 ROUNDING = 1e-12
 """Squared frequency over k1/m, and stiffness over the greatest, that count as none."""

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 def rotation(yaw: Any, pitch: Any, roll: Any) -> Any:

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.pose import rotation, turning_axes
 from qzs_rig.mechanics.geometric.wrench import bind
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import GRAVITY
 
 _, _wrench = bind(cmath.sqrt)
 _STEP = 1e-150

@@ -12,7 +12,7 @@ import numpy as np
 
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring.roots import Root, reciprocal, rsqrt, teach_numba
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 Around = Callable[[Root], tuple[Any, ...]]
 

@@ -12,7 +12,7 @@ import numpy as np
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import bulk
 from qzs_rig.mechanics.restoring.roots import Root, reciprocal
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 Formula = Callable[[Design, Any], Any]
 """Net nondimensional force (or torque) at the relative motion w of one degree of freedom; the

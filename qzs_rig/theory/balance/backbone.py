@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
 from qzs_rig.theory.balance.continuation import Path, Point, Steps
@@ -21,7 +22,6 @@ from qzs_rig.theory.balance.describing import describing
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 HARMONICS = 31
 

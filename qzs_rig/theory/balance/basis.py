@@ -8,7 +8,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 
 class Equations(Protocol):

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 SAMPLES = 48
 LEVELS = 240

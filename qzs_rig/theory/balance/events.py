@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
 from qzs_rig.theory.balance.continuation import Point
@@ -19,7 +20,6 @@ from qzs_rig.theory.balance.floquet import determinants
 from qzs_rig.theory.balance.harmonic_balance import transmissibility
 from qzs_rig.theory.balance.root import root
 from qzs_rig.theory.balance.unknowns import Unknowns
-from qzs_rig.timehistory import Array
 
 ENOUGH = 1e-11
 """Relative change of an event's frequency by more harmonics that ends the search."""

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import Basis, harmonics_of
 from qzs_rig.theory.balance.harmonic_balance import tangent
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 STEPS_A_SWING = 48
 """Steps over the shortest swing of a disturbance; fourth order leaves about 1e-7 of it."""

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import harmonics_of, resized
 from qzs_rig.theory.balance.continuation import Point, Steps
 from qzs_rig.theory.balance.symmetry import even_part, symmetric
 from qzs_rig.theory.balance.unknowns import Unknowns, value_of
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 LADDER = (7, 11, 15, 21, 29, 41, 57, 79, 111, 155)
 """Numbers of harmonics that are tried."""

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import Basis
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from qzs_rig.errors import InputError
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import harmonics_of
 from qzs_rig.theory.balance.continuation import Path, Point, Steps
@@ -22,7 +23,6 @@ from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.response import Event, frequency_response
 from qzs_rig.theory.balance.unknowns import PARAMETERS, with_value
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 LEVELS = 5
 """Values of the parameter at which folds are looked for."""

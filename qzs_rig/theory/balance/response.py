@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import search
 from qzs_rig.theory.balance.basis import harmonics_of, resized
 from qzs_rig.theory.balance.events import (
@@ -31,7 +32,6 @@ from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, transmissib
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.unknowns import Unknowns
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 Progress = Callable[[float, str], None]
 """Told the share of the work that is done, and what is under way."""

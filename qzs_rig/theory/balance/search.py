@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import Basis, harmonics_of, resized
 from qzs_rig.theory.balance.describing import describing
@@ -20,7 +21,6 @@ from qzs_rig.theory.balance.seeds import is_known, kicked, one_term
 from qzs_rig.theory.balance.symmetry import lopsided, symmetric
 from qzs_rig.theory.balance.unknowns import Unknowns
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 BETWEEN = 24
 """Frequencies at which isolated branches are looked for."""

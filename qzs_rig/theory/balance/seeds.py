@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import harmonics_of, resized
 from qzs_rig.theory.balance.describing import Describing, describing, motions
 from qzs_rig.theory.balance.follow import Followed, Task
 from qzs_rig.theory.balance.harmonic_balance import steady
 from qzs_rig.theory.balance.symmetry import mirrored, symmetric
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 HARMONICS = 9
 """Of the first search at each frequency."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from qzs_rig.errors import InputError
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.response import Branch, Event, FrequencyResponse
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import SingleTerm, folds, onset_omega, single_term
-from qzs_rig.timehistory import Array
 
 POINTS = 1200
 

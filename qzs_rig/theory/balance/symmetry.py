@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 
 def symmetric(oscillator: Oscillator) -> bool:

@@ -11,10 +11,10 @@ import numpy as np
 
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import resized
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 RATIOS = ('A', 'k3', 'L1', 'L0')
 PARAMETERS = ('omega', 'amplitude', 'zeta', *RATIOS)

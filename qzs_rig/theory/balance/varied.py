@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import seeds
 from qzs_rig.theory.balance.events import Stretch, locate, turning
 from qzs_rig.theory.balance.floquet import floquet
@@ -18,7 +19,6 @@ from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.symmetry import lopsided, symmetric
 from qzs_rig.theory.balance.unknowns import PARAMETERS, with_value
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 
 @dataclass(frozen=True)

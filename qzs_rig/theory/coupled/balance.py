@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import Basis
 from qzs_rig.theory.coupled.plant import COORDINATES, Plate
-from qzs_rig.timehistory import Array
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.coupled.balance import CoupledBalance
 from qzs_rig.theory.coupled.plant import COORDINATES
-from qzs_rig.timehistory import Array
 
 STEPS_A_RADIAN = 3.0
 """Steps while the fastest disturbance turns by a radian."""

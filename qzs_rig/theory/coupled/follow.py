@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
 from qzs_rig.theory.balance.continuation import Path, Point, Steps
 from qzs_rig.theory.balance.response import FrequencyResponse
 from qzs_rig.theory.coupled.balance import CoupledBalance
 from qzs_rig.theory.coupled.plant import COORDINATES, Plate
-from qzs_rig.timehistory import Array
 
 LADDER = (5, 9, 15, 21)
 """Numbers of harmonics that are tried."""

@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.gravity import GRAVITY
 from qzs_rig.mechanics.geometric import motion
 from qzs_rig.mechanics.geometric.equilibrium import equilibrium
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.pose import axes_of, quaternion
 from qzs_rig.mechanics.geometric.wrench import bind
 from qzs_rig.mechanics.specialise import interpreted
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
+from qzs_rig.units import GRAVITY
 
 COORDINATES = 6
 """Centre of mass x, y, z; then the vector part of the attitude's quaternion. Of the world, z up."""

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.splitting import ORDER
 from qzs_rig.theory.motion.strobe_cycles import ROUNDING
 from qzs_rig.theory.motion.stroboscope import RETURN, Stroboscope, strobe
-from qzs_rig.timehistory import Array
 
 LADDER = tuple(round(4.5 * 2.0 ** (k / 4.0)) for k in range(2, 29))
 """Steps a period that are tried."""

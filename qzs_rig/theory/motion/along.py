@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.dof import DOFS, TRANSLATIONS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 RATIOS = ('zeta', 'amplitude', 'omega', 'load')
 """Vary alone: everything else nondimensional stays."""

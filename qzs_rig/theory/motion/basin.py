@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion.accuracy import cheapest_steps
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 SAME = 1e-4
 """Figures of one motion agree to this, relative to its size; they are sums over settled cycles."""

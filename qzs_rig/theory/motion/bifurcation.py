@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion.accuracy import FIELDS, alike, cheapest_steps, strobe_within
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.lyapunov import Exponents, exponents
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
-from qzs_rig.timehistory import Array
 
 KINDS = ('periodic', 'transient', 'chaotic', 'undecided', 'lost')
 

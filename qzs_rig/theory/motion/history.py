@@ -9,9 +9,9 @@ import numpy as np
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring.roots import rsqrt
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.splitting import DRIFTS, STAGES, kick_cosines, kick_weights
-from qzs_rig.timehistory import Array
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion.accuracy import cheapest_steps, part
 from qzs_rig.theory.motion.basin import Attractor, attractors
 from qzs_rig.theory.motion.history import history
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
 
 PHASES = 8
 """Moments of the period at which a kick is tried."""

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from qzs_rig.dof import DOFS
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.samples import Array
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.timehistory import Array
+from qzs_rig.units import DOFS
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics import specialise
 from qzs_rig.mechanics.restoring.law import RestoringLaw
 from qzs_rig.mechanics.restoring.roots import reciprocal
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion import splitting
 from qzs_rig.theory.motion import strobe_kernel as strobing
 from qzs_rig.theory.motion import tangent_kernel as source
@@ -22,7 +23,6 @@ from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.strobe_cycles import LANES
 from qzs_rig.theory.motion.strobe_engine import advance_type, advancing, spread
 from qzs_rig.theory.motion.strobe_numpy import tangent_advancing
-from qzs_rig.timehistory import Array
 
 BATCHES = 32
 """Parts of a run whose scatter tells the standard error; each much longer than it remembers."""

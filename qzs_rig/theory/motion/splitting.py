@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.timehistory import Array
+from qzs_rig.samples import Array
 
 ORDER = 6
 

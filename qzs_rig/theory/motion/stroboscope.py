@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
+from qzs_rig.samples import Array
 from qzs_rig.theory.motion import splitting
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.strobe_engine import spread, sweeping
 from qzs_rig.theory.motion.strobe_kernel import workspace
-from qzs_rig.timehistory import Array
 
 LONGEST = 16
 """Periods of the longest cycle that is looked for."""

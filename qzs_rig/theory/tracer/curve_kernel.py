@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from qzs_rig.mechanics.specialise import Function, compiled
+from qzs_rig.samples import Array
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.tracer import balancing, elimination, following, liouville, sampled, settling
 from qzs_rig.theory.tracer.balancing import Motion, Scratch
 from qzs_rig.theory.tracer.following import Walk
-from qzs_rig.timehistory import Array
 
 SAMPLES = 1024
 """At most so many a period, where a law needs them."""

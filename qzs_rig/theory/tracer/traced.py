@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
+from qzs_rig.samples import Array
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.tracer import curve_kernel, following, sampled
 from qzs_rig.theory.tracer.balancing import Motion, Scratch
 from qzs_rig.theory.tracer.curve_kernel import Kernels, Waves
 from qzs_rig.theory.tracer.following import Walk
-from qzs_rig.timehistory import Array
 
 REASONS = {
     following.AT_LOW: 'reached the low end of the band',

@@ -6,14 +6,14 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from qzs_rig.analysis import AnalyzerStage
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.predict import predict
+from qzs_rig.run.analysis import AnalyzerStage
+from qzs_rig.run.stages import ExciterStage, PlatformOutput, PlatformStage
+from qzs_rig.samples import NS, TimeHistory
 from qzs_rig.scenario import step_ns_of
-from qzs_rig.stages import ExciterStage, PlatformOutput, PlatformStage
-from qzs_rig.timehistory import NS, TimeHistory
 from qzs_rig.wire import ImuBatch
 
 CHUNK = 8000

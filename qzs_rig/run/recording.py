@@ -9,7 +9,7 @@ import numpy as np
 
 from qzs_rig import wire
 from qzs_rig.bag import BagWriter, TopicSpec
-from qzs_rig.runsheet import RunSheet
+from qzs_rig.run.sheet import RunSheet
 from qzs_rig.wire import Bytes, ImuBatch, Stamps, Topic
 
 

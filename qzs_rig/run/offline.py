@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from qzs_rig import scenario, wire
-from qzs_rig.analysis import AnalyzerStage
 from qzs_rig.bag import BagReader
 from qzs_rig.errors import BagError, InputError
 from qzs_rig.estimation.estimate import Estimate, from_json
 from qzs_rig.parameters import RunSpec, parse_assignment
-from qzs_rig.runsheet import RunSheet, from_document
+from qzs_rig.run.analysis import AnalyzerStage
+from qzs_rig.run.sheet import RunSheet, from_document
 from qzs_rig.wire import ImuBatch
 
 CHUNK = 5000

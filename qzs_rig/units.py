@@ -1,4 +1,4 @@
-"""The four degrees of freedom, by the names and in the order used everywhere."""
+"""The four degrees of freedom, by the names and in the order used everywhere; units; gravity."""
 
 from __future__ import annotations
 
@@ -13,3 +13,7 @@ ROTATIONS = DOFS[2:]
 def displacement_unit(dof: str) -> str:
     """`m` for a translation, `rad` for a rotation."""
     return 'm' if dof in TRANSLATIONS else 'rad'
+
+
+GRAVITY = 9.80665
+"""Standard gravity in m/s² (CGPM 1901)."""

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qzs_rig.dof import DOFS, displacement_unit
 from qzs_rig.excitation.drive import Drive
 from qzs_rig.excitation.envelope import fade_out, shaped
 from qzs_rig.excitation.shaker import refuse_beyond_limits
@@ -20,9 +19,10 @@ from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.lookout import look_out, refuse_vague
+from qzs_rig.samples import NS, Array, Channel, TimeHistory
 from qzs_rig.sensing import SENSORS
 from qzs_rig.sensing.imu import IMU_CHANNELS, specific_force_and_rate
-from qzs_rig.timehistory import NS, Array, Channel, TimeHistory
+from qzs_rig.units import DOFS, displacement_unit
 
 MOTION_CHANNELS = tuple(
     Channel(f'{dof}.{quantity}', displacement_unit(dof) + per)

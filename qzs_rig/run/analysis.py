@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from qzs_rig.dof import DOFS
 from qzs_rig.estimation import ESTIMATORS, SteppedSine, TrackedSine
 from qzs_rig.estimation.alignment import Aligner, StreamCounts
 from qzs_rig.estimation.channels import ChannelMap
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.estimation.parameters import dofs_of, settings_of
 from qzs_rig.parameters import RunSpec
+from qzs_rig.units import DOFS
 from qzs_rig.wire import ImuBatch
 
 

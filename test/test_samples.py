@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from qzs_rig.errors import GapError
-from qzs_rig.timehistory import Channel, TimeHistory, index_of, join
+from qzs_rig.samples import Channel, TimeHistory, index_of, join
 
 CHANNELS = (Channel('x', 'm'), Channel('v', 'm/s'))
 START = 1_700_000_000_000_000_001

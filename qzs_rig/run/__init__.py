@@ -1,0 +1,1 @@
+"""One run: stages, performed in process, sheet, folder, bag; and a bag analysed later."""
