@@ -74,9 +74,7 @@ class Analyzer(Follower):
             raw.clear()
         self._stage = AnalyzerStage(self.spec, sheet.step_ns or None)
         named = self.spec.text('folder')
-        self._folder = (
-            Path(named) if named else runfolder.new_folder(sheet.scenario, sheet.run_id)
-        )
+        self._folder = Path(named) if named else runfolder.new_folder(sheet.scenario, sheet.run_id)
         self._recording = Recording(self._folder, *self._names)
         self._recording.sheet(sheet.start_ns, sheet)
         self._first_at = self._last_at = 0.0
