@@ -6,9 +6,9 @@ from typing import Any
 
 from qzs_rig.advisor.proposal import Proposal
 from qzs_rig.advisor.warn import QUASI_ZERO, Case, warnings
-from qzs_rig.compare.tables import MISSING, Table, number
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.report.table import MISSING, Table, number
 from qzs_rig.units import DOFS
 
 UNITS = {'k1': 'N/m', 'k2': 'N/m', 'k3': 'N/m', 'L1': 'm', 'L20': 'm', 'L0': 'm'}

@@ -9,8 +9,8 @@ import numpy as np
 
 from qzs_rig.campaign.ledger import SCHEMA
 from qzs_rig.campaign.table import Finished
-from qzs_rig.compare.tables import Table, number
 from qzs_rig.files import number_or_none
+from qzs_rig.report.table import Table, number
 
 SHOWN = 5
 """Reasons named in the text; the document has them all."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from qzs_rig.claims.verdict import Verdict
-from qzs_rig.compare.tables import Table
+from qzs_rig.report.table import Table
 
 
 def verdicts(

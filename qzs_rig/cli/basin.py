@@ -11,11 +11,11 @@ import numpy as np
 from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating, results
 from qzs_rig.cli.progress import bar
-from qzs_rig.compare.names import dof_name
-from qzs_rig.compare.tables import Table, number
 from qzs_rig.drawing.motions import HUES, Field, Scene, Wave, drawn
 from qzs_rig.errors import InputError, RigError
 from qzs_rig.files import finite_or_none, number_or_none
+from qzs_rig.report.names import dof_name
+from qzs_rig.report.table import Table, number
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, basin
 from qzs_rig.theory.motion.jump_margin import JumpMargin, jump_margin
 from qzs_rig.theory.oscillator import Oscillator

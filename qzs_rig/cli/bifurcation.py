@@ -12,12 +12,12 @@ import numpy as np
 from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating, results
 from qzs_rig.cli.progress import bar
-from qzs_rig.compare.names import dof_name
-from qzs_rig.compare.tables import Table
 from qzs_rig.drawing.motions import Dots, Scene, drawn
 from qzs_rig.errors import InputError
 from qzs_rig.files import finite_or_none
 from qzs_rig.parameters import RunSpec
+from qzs_rig.report.names import dof_name
+from qzs_rig.report.table import Table
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.along import RATIOS, SLANT, lanes_along
 from qzs_rig.theory.motion.bifurcation import KINDS, Diagram, carried, from_rest

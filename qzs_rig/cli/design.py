@@ -12,9 +12,9 @@ from qzs_rig.advisor.proposal import propose
 from qzs_rig.advisor.warn import Case, warnings
 from qzs_rig.advisor.wish import Wish
 from qzs_rig.cli import options as shared
-from qzs_rig.compare.tables import Table
 from qzs_rig.errors import InputError
 from qzs_rig.files import refuse_existing, write_new
+from qzs_rig.report.table import Table
 
 WISHES = ('mass', 'onset', 'stroke', 'level', 'displacement', 'zeta')
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from qzs_rig.cli.frf_told import Answer
-from qzs_rig.compare.tables import Table
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.errors import InputError
+from qzs_rig.report.table import Table
 from qzs_rig.theory.balance.backbone import Backbone, backbone, phase_resonance
 from qzs_rig.theory.balance.jump_map import FoldCurve, jump_map
 from qzs_rig.theory.balance.unknowns import value_of

@@ -11,12 +11,12 @@ import numpy as np
 
 from qzs_rig.compare.page import page
 from qzs_rig.compare.sections import header, table_section
-from qzs_rig.compare.tables import Table
 from qzs_rig.drawing import response_sheet
 from qzs_rig.drawing.interactive import section
 from qzs_rig.drawing.sheet import Sheet
 from qzs_rig.drawing.still import pictures
 from qzs_rig.files import write_new
+from qzs_rig.report.table import Table
 from qzs_rig.theory.balance.response import Branch, FrequencyResponse
 from qzs_rig.theory.oscillator import Oscillator
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating, results
-from qzs_rig.compare.names import dof_name
-from qzs_rig.compare.tables import Table, number
 from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
 from qzs_rig.files import finite_or_none
+from qzs_rig.report.names import dof_name
+from qzs_rig.report.table import Table, number
 from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.bifurcation import VISIBLE, Diagram, judged
 from qzs_rig.theory.motion.history import History, history

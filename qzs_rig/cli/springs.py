@@ -8,12 +8,12 @@ from typing import Any
 
 from qzs_rig import scenario
 from qzs_rig.cli import options as shared
-from qzs_rig.compare.tables import Table
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics import spring_selection as selection
 from qzs_rig.mechanics import springs
 from qzs_rig.mechanics.platform import platform_design
 from qzs_rig.mechanics.spring_selection import Checked, CheckedLeaf, Wanted
+from qzs_rig.report.table import Table
 
 HELICAL = (
     *('spring', 'd mm', 'D mm', 'n', 'rate N/m', 'index', 'force N', 'stress MPa', 'allowed MPa'),

@@ -12,7 +12,6 @@ import numpy as np
 
 from qzs_rig import scenario
 from qzs_rig.cli import options as shared
-from qzs_rig.compare.tables import Table
 from qzs_rig.datasheet import figures, summary, write
 from qzs_rig.drawing.still import pictures
 from qzs_rig.errors import InputError
@@ -20,6 +19,7 @@ from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.platform import platform_design, refuse_coupled_words
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import RunSpec
+from qzs_rig.report.table import Table
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from qzs_rig.compare.names import direction_order, dof_name, dof_order
-from qzs_rig.compare.tables import MISSING, Table, number
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
+from qzs_rig.report.names import direction_order, dof_name, dof_order
+from qzs_rig.report.table import MISSING, Table, number
 
 QUANTITIES = ('onset Hz', 'peak Hz', 'peak T', 'jump up Hz', 'jump down Hz', '± Hz')
 

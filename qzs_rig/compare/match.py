@@ -15,11 +15,11 @@ from qzs_rig.compare.match_events import (
     event_differences,
 )
 from qzs_rig.compare.match_theory import TheoryDifference, theory_difference, theory_table
-from qzs_rig.compare.tables import Table
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.files import number_or_none
 from qzs_rig.prediction.curve import Prediction
+from qzs_rig.report.table import Table
 
 SCHEMA = 'qzs_rig/compare/1'
 

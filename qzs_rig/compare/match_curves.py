@@ -8,11 +8,10 @@ from itertools import zip_longest
 
 import numpy as np
 
-from qzs_rig.compare.angles import wrapped
-from qzs_rig.compare.names import dof_name
 from qzs_rig.compare.pairing import joint, paired_directions
-from qzs_rig.compare.tables import Table, number
 from qzs_rig.estimation.estimate import Curve, Estimate
+from qzs_rig.report.names import dof_name
+from qzs_rig.report.table import Table, number
 from qzs_rig.samples import Array
 
 
@@ -117,3 +116,8 @@ def _ascending(curve: Curve) -> tuple[Array, Array, Array]:
     if np.any(known):
         phase = np.interp(f, f[known], np.unwrap(phase[known], period=360))
     return f, curve.magnitude[usable][first], phase
+
+
+def wrapped(degrees: Array) -> Array:
+    """The same angles in [-180, 180)."""
+    return np.asarray((degrees + 180) % 360 - 180)

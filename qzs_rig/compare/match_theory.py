@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qzs_rig.compare.angles import wrapped
-from qzs_rig.compare.names import dof_name
-from qzs_rig.compare.tables import MISSING, Table, number
+from qzs_rig.compare.match_curves import wrapped
 from qzs_rig.estimation.estimate import Curve
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.labels import NEAR, label
+from qzs_rig.report.names import dof_name
+from qzs_rig.report.table import MISSING, Table, number
 from qzs_rig.samples import Array
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from qzs_rig.compare.names import dof_order
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
+from qzs_rig.report.names import dof_order
 
 Direction = str | None
 """None: the run has nothing there."""

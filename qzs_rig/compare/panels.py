@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.compare.names import direction_order, dof_order
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
 from qzs_rig.prediction.curve import Prediction
+from qzs_rig.report.names import direction_order, dof_order
 from qzs_rig.samples import Array
 
 Labelled = Sequence[tuple[str, Estimate]]

@@ -21,7 +21,6 @@ from qzs_rig.compare.look import (
     line_width,
     theory_hue,
 )
-from qzs_rig.compare.names import direction_name, dof_name
 from qzs_rig.compare.panels import (
     Labelled,
     Ranges,
@@ -36,6 +35,7 @@ from qzs_rig.compare.panels import (
 from qzs_rig.errors import InputError
 from qzs_rig.files import refuse_existing, write_new
 from qzs_rig.prediction.curve import Prediction
+from qzs_rig.report.names import direction_name, dof_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

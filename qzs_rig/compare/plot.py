@@ -16,7 +16,6 @@ from qzs_rig.compare.look import (
     line_width,
     theory_hue,
 )
-from qzs_rig.compare.names import direction_name, event_name
 from qzs_rig.compare.panels import (
     Labelled,
     Ranges,
@@ -30,6 +29,7 @@ from qzs_rig.compare.theory_traces import point_texts, theory_traces
 from qzs_rig.compare.traces import Document, escaped, hover
 from qzs_rig.files import finite_or_none, number_or_none
 from qzs_rig.prediction.curve import Prediction
+from qzs_rig.report.names import direction_name, event_name
 
 MANY_POINTS = 150
 """Above this, points melt into a line and only the direction arrows are marked."""

@@ -16,9 +16,9 @@ from qzs_rig.compare.sections import (
     reading_section,
     table_section,
 )
-from qzs_rig.compare.tables import Table
 from qzs_rig.files import refuse_existing, write_new
 from qzs_rig.prediction.curve import Prediction
+from qzs_rig.report.table import Table
 
 __all__ = ['event_table', 'report_page', 'write_picture', 'write_report']
 

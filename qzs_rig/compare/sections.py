@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from html import escape
 
 from qzs_rig.compare.look import ARROWS, event_mark
-from qzs_rig.compare.names import direction_name, dof_name, event_name
 from qzs_rig.compare.panels import Labelled, Shown, shown
 from qzs_rig.compare.plot import figure
-from qzs_rig.compare.tables import Table, number
 from qzs_rig.estimation.estimate import EVENT_KINDS
 from qzs_rig.prediction.curve import Prediction
+from qzs_rig.report.names import direction_name, dof_name, event_name
+from qzs_rig.report.table import Table, number
 
 
 def header(

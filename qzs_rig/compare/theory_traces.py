@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 
 from qzs_rig.compare.look import FOLD_MARKS
-from qzs_rig.compare.names import event_name
 from qzs_rig.compare.panels import theory_line
 from qzs_rig.compare.traces import Document, escaped, hover
 from qzs_rig.estimation.estimate import Curve
 from qzs_rig.files import finite_or_none, number_or_none
 from qzs_rig.prediction.curve import Fold, Prediction
 from qzs_rig.prediction.labels import NONE, label
+from qzs_rig.report.names import event_name
 
 
 def theory_traces(theory: Prediction, colour: str) -> list[Document]:

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from qzs_rig.compare.names import dof_name
 from qzs_rig.datasheet.summary import Summary
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.report.names import dof_name
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS, TRANSLATIONS
 

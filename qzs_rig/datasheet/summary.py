@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from qzs_rig.compare.names import dof_name
-from qzs_rig.compare.tables import MISSING, Table, number
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.report.names import dof_name
+from qzs_rig.report.table import MISSING, Table, number
 from qzs_rig.units import DOFS, GRAVITY
 
 PAPER_DEVIATION = 0.035

@@ -10,13 +10,13 @@ import numpy as np
 
 from qzs_rig.compare.page import page as html_page
 from qzs_rig.compare.sections import header, table_section
-from qzs_rig.compare.tables import Table
 from qzs_rig.datasheet.figures import POINTS, SPANS
 from qzs_rig.datasheet.summary import Summary
 from qzs_rig.drawing.interactive import section
 from qzs_rig.drawing.sheet import Sheet
 from qzs_rig.files import write_new
 from qzs_rig.mechanics import statics
+from qzs_rig.report.table import Table
 from qzs_rig.units import DOFS
 
 COLUMNS = 'law,dof,x,force,stiffness'

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from qzs_rig.compare.names import dof_name
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
+from qzs_rig.report.names import dof_name
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.response import Branch, Event, FrequencyResponse
 from qzs_rig.units import TRANSLATIONS

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.compare.names import dof_name, event_name
-from qzs_rig.compare.tables import Table, number
 from qzs_rig.identification import told
 from qzs_rig.identification.jumps import KNOWN, Fixed, determined
 from qzs_rig.identification.unknowns import Unknown
+from qzs_rig.report.names import dof_name, event_name
+from qzs_rig.report.table import Table, number
 
 
 def text(found: Fixed) -> str:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from qzs_rig.compare.look import GRID, INK, QUIET, UNIT_LINE, hue
-from qzs_rig.compare.names import direction_name, dof_name
 from qzs_rig.files import write_new
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.plant import plant
 from qzs_rig.identification.residuals import Set
+from qzs_rig.report.names import direction_name, dof_name
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 

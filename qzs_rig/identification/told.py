@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.compare.names import dof_name
-from qzs_rig.compare.tables import Table
 from qzs_rig.identification.covariance import Direction
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.intervals import LEVEL
 from qzs_rig.identification.residuals import Set
 from qzs_rig.identification.response import Response
 from qzs_rig.identification.unknowns import TRIM, Unknowns
+from qzs_rig.report.names import dof_name
+from qzs_rig.report.table import Table
 
 SCHEMA = 'qzs_rig/identification/1'
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from qzs_rig.claims.settling import AMPLITUDE, TURN, ZETA
 from qzs_rig.claims.transmission import LENGTHS, ZETAS, platform_of_length
-from qzs_rig.compare.names import dof_name
 from qzs_rig.drawing.response_sheet import shown
 from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.report.names import dof_name
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.oscillator import Oscillator, oscillator
