@@ -1,6 +1,6 @@
-"""What a frequency response costs: the compiled tracer beside harmonic balances from PyPI.
+"""What a frequency response costs, beside harmonic balances from PyPI.
 
-    python benchmarks/frequency_response.py [--harmonics 7] [--repeats 200]
+    python benchmarks/frequency_response.py [--harmonics 7] [--repeats 20]
 
 One oscillator, x'' + 0.05 x' + x + 0.1 x³ = 0.18 cos Ωt (NLvib's example 01, two folds), Ω from 2
 down to 0.5, the same number of harmonics, one process, one core, best of the repeats. Ours is the
@@ -16,9 +16,6 @@ import argparse
 import contextlib
 import io
 import math
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 
@@ -26,8 +23,8 @@ import numpy as np
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring.polynomial import polynomial
+from qzs_rig.theory.balance.response import Branch, frequency_response, least_branch
 from qzs_rig.theory.oscillator import Oscillator, oscillator
-from qzs_rig.theory.tracer.traced import Traced, trace, trace_many
 
 LOW, HIGH = 0.5, 2.0
 DAMPING, CUBIC, DRIVE = 0.05, 0.1, 0.18
@@ -61,15 +58,6 @@ CURVES = {
         oscillator('corrected', 'horizontal', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
     ),
 }  # fmt: skip
-
-FIRST = """
-import time; begin = time.perf_counter()
-from benchmarks.frequency_response import CURVES
-from qzs_rig.theory.tracer.traced import trace
-own, low, high = CURVES['closed_form vertical, H 0.1']
-trace(own, low, high)
-print(time.perf_counter() - begin)
-"""
 
 
 def best(work: Callable[[], object], repeats: int) -> float:
@@ -120,29 +108,36 @@ def by_mousai(harmonics: int, points: int) -> int:
     return done
 
 
-def arc_length(curve: Traced) -> float:
+def arc_length(curve: Branch) -> float:
     """As harmonicbalance measures it, over coefficients and frequency alike."""
     points = np.column_stack([curve.coefficients, curve.omega])
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
+def branch(name: str, harmonics: int) -> Branch:
+    """Down through the range of one of CURVES."""
+    own, low, high = CURVES[name]
+    return least_branch(own, low, high, 'down', harmonics).branches[0]
+
+
 def ours(harmonics: int, repeats: int) -> None:
-    """Tell what each of CURVES costs."""
-    print(f'{"curve":30}{"points":>7}{"ms":>8}{"us/point":>10}  folds, stable, end')
+    """Tell what each of CURVES costs: one branch, and the whole response, isolas searched."""
+    print(f'{"curve":30}{"points":>7}{"ms":>8}{"us/point":>10}{"all, ms":>9}  stable, ends')
     for name, (own, low, high) in CURVES.items():
-        curve = trace(own, low, high, harmonics=harmonics)
-        spent = best(lambda a=(own, low, high): trace(*a, harmonics=harmonics), repeats)
-        rise, n = np.diff(curve.omega) > 0, len(curve.omega)
+        curve, n = branch(name, harmonics), len(branch(name, harmonics).omega)
+        spent = best(lambda name=name: branch(name, harmonics), repeats)
+        whole = best(lambda a=(own, low, high): frequency_response(*a), max(2, repeats // 10))
         print(
-            f'{name:30}{n:7}{1e3 * spent:8.3f}{1e6 * spent / n:10.2f}  '
-            f'{np.count_nonzero(rise[1:] != rise[:-1])}, {curve.stable.sum()}, {curve.reason}'
+            f'{name:30}{n:7}{1e3 * spent:8.2f}{1e6 * spent / n:10.0f}{1e3 * whole:9.0f}  '
+            f'{curve.stable.sum()}, {" and ".join(curve.reasons)}'
         )
 
 
 def peers(harmonics: int, repeats: int) -> None:
     """Tell what the others take for EXAMPLE, over our time."""
-    curve = trace(EXAMPLE, LOW, HIGH, harmonics=harmonics)
-    spent = best(lambda: trace(EXAMPLE, LOW, HIGH, harmonics=harmonics), repeats)
+    name = next(iter(CURVES))
+    curve = branch(name, harmonics)
+    spent = best(lambda: branch(name, harmonics), repeats)
     points, length = len(curve.omega), arc_length(curve)
     print(f'\n{"duffing, " + str(harmonics) + " harmonics":30}{"points":>7}{"ms":>10}{"/ ours":>9}')
     print(f'{"qzs_rig, with Floquet":30}{points:7}{1e3 * spent:10.3f}{1:9}')
@@ -164,46 +159,13 @@ def peers(harmonics: int, repeats: int) -> None:
         print(f'{name:30}{done[-1]:7}{1e3 * other:10.1f}{other / spent:9.0f}')
 
 
-def starts() -> None:
-    """Tell how long the first curve of a new process takes, compiled before."""
-    run = [sys.executable, '-c', FIRST]
-    path = os.pathsep.join(['.', os.environ.get('PYTHONPATH', '')])
-    seconds = [
-        float(
-            subprocess.run(
-                run, env={**os.environ, 'PYTHONPATH': path}, capture_output=True, check=True
-            ).stdout
-        )
-        for _ in range(3)
-    ]
-    print(f'\nfirst curve of a new process, imports included: {min(seconds):.2f} s')
-
-
-def threads(harmonics: int) -> None:
-    """Tell how many curves a second all cores draw."""
-    own, low, high = CURVES['closed_form vertical, H 0.1']
-    many = [own] * 400
-    one = best(lambda: [trace(each, low, high, harmonics=harmonics) for each in many], 2)
-    all_ = best(lambda: trace_many(many, low, high, harmonics=harmonics), 2)
-    print(
-        f'closed_form vertical, H 0.1: {len(many) / one:.0f} curves a second on one core, '
-        f'{len(many) / all_:.0f} on {os.cpu_count()}'
-    )
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--harmonics', type=int, default=7)
-    parser.add_argument('--repeats', type=int, default=200)
+    parser.add_argument('--repeats', type=int, default=20)
     args = parser.parse_args()
-    try:
-        trace(EXAMPLE, LOW, HIGH, kernel='numba')
-    except ImportError:
-        sys.exit("numba is not installed: pip install 'qzs_rig[fast]'")
     ours(args.harmonics, args.repeats)
     peers(args.harmonics, args.repeats)
-    starts()
-    threads(args.harmonics)
 
 
 if __name__ == '__main__':

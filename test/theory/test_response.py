@@ -9,7 +9,7 @@ from theory_motions import DUFFING, cubic, integrated, state
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.balance.response import frequency_response, least_branch
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import folds
 from qzs_rig.units import DOFS, TRANSLATIONS
@@ -134,6 +134,22 @@ def test_events_sit_where_the_flow_says(own, kind, multiplier):
         # zero to what DOP853 leaves of a flow that stretches tenfold
         assert abs(sign) < 1e-6
         assert event.uncertainty < 1e-9
+
+
+def test_both_directions_draw_the_same_branch():
+    down, up = (least_branch(DUFFING, 0.5, 2.0, direction) for direction in ('down', 'up'))
+    assert omegas(down) == pytest.approx(omegas(up), abs=1e-10)
+    for found in (down, up):
+        (branch,) = found.branches
+        assert sorted(branch.omega[[0, -1]]) == [0.5, 2.0]
+        assert branch.reasons == ('range', 'range')
+
+
+def test_no_motion_at_the_end_is_told():
+    own = oscillator('closed_form', 'horizontal_rotation', PAPER_DESIGN, 0.05, 1.5)
+    found = least_branch(own, 0.5, 2.0, 'down', 7)
+    assert found.branches == ()
+    assert found.reason == 'no steady motion was found'
 
 
 def test_broken_symmetry_joins_the_symmetric_branch():

@@ -1,12 +1,8 @@
-"""One branch of steady motions over frequency, in as many harmonics as it takes.
-
-The reference tracer, in plain numpy. Anything that answers as `follow` does can take its place.
-"""
+"""One branch of steady motions over a parameter, in as many harmonics as it takes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -72,9 +68,6 @@ class Followed:
     coefficients: Array
     harmonics: NDArray[np.int64]
     reasons: tuple[str, str]
-
-
-Tracer = Callable[[Task], Followed]
 
 
 def follow(task: Task) -> Followed:

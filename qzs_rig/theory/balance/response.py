@@ -1,7 +1,7 @@
 """The frequency response of an oscillator: every branch with its stability, every event.
 
-Branches are followed by a tracer (`follow` in plain numpy, or one that answers alike) from motions
-that `seeds` finds at both ends of the range and between; symmetry-broken ones from where they part.
+Branches are followed from motions that `seeds` finds at both ends of the range and between;
+symmetry-broken ones from where they part.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from qzs_rig.theory.balance.events import (
     turning,
 )
 from qzs_rig.theory.balance.floquet import Floquet, floquet
-from qzs_rig.theory.balance.follow import Followed, Tracer, follow
+from qzs_rig.theory.balance.follow import Followed
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, transmissibility
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.unknowns import Unknowns
@@ -122,7 +122,6 @@ def frequency_response(
     tolerance: float = 1e-10,
     isolas: bool = True,
     progress: Progress | None = None,
-    tracer: Tracer = follow,
 ) -> FrequencyResponse:
     """Every branch over Ω in [low, high].
 
@@ -130,15 +129,37 @@ def frequency_response(
     (the same seeds every time). Raises InputError for a range or an amplitude that has no
     transmissibility. A branch that ends early keeps its points and says why.
     """
+    _check(oscillator, low, high)
+    tell = progress or (lambda share, text: None)
+    span = search.Range(oscillator, low, high, harmonics, tolerance)
+    found = _read_off(span, search.paths(span, isolas, tell), tell)
+    tell(1.0, 'done')
+    return found
+
+
+@one_thread
+def least_branch(
+    oscillator: Oscillator, low: float, high: float, direction: str, harmonics: int | None = None
+) -> FrequencyResponse:
+    """Only the branch of the smallest motion at the high end of [low, high], or with `direction`
+    'up' at the low one: where a sweep down or up begins. Raises as `frequency_response`."""
+    _check(oscillator, low, high)
+    span = search.Range(oscillator, low, high, harmonics)
+    path = search.least_path(span, high if direction == 'down' else low)
+    return _read_off(span, [] if path is None else [path], lambda share, text: None)
+
+
+def _check(oscillator: Oscillator, low: float, high: float) -> None:
     if not 0.0 < low < high < np.inf:
         raise InputError(f'omega {low:g}:{high:g}: give a range that rises from above 0')
     if not oscillator.amplitude > 0.0:
         raise InputError('amplitude is 0: transmissibility needs a base that moves; give a small '
                          'one, 1e-6, for the linear limit')  # fmt: skip
-    tell = progress or (lambda share, text: None)
-    paths = search.paths(
-        search.Range(oscillator, low, high, harmonics, tolerance), tracer, isolas, tell
-    )
+
+
+def _read_off(span: search.Range, paths: search.Found, tell: Progress) -> FrequencyResponse:
+    """Stability, events and onsets of the paths of a range."""
+    oscillator = span.oscillator
     tell(0.8, 'events')
     floquets = [floquet(oscillator, path.omega, path.coefficients, odd) for path, odd in paths]
     branches = tuple(
@@ -151,11 +172,10 @@ def frequency_response(
     )
     onset = sorted(w for branch in branches for w in _onsets(oscillator, branch))
     early = {reason for b in branches for reason in b.reasons} - set(search.GOOD_ENDS)
-    tell(1.0, 'done')
     return FrequencyResponse(
         oscillator,
-        low,
-        high,
+        span.low,
+        span.high,
         branches,
         events,
         tuple(onset),

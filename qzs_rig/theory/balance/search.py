@@ -15,7 +15,7 @@ from qzs_rig.theory.balance.basis import Basis, harmonics_of, resized
 from qzs_rig.theory.balance.describing import describing
 from qzs_rig.theory.balance.events import Located, Stretch, doubling, locate
 from qzs_rig.theory.balance.floquet import floquet
-from qzs_rig.theory.balance.follow import Followed, Task, Tracer, refined
+from qzs_rig.theory.balance.follow import Followed, Task, follow, refined
 from qzs_rig.theory.balance.harmonic_balance import tangent
 from qzs_rig.theory.balance.seeds import is_known, kicked, one_term
 from qzs_rig.theory.balance.symmetry import lopsided, symmetric
@@ -39,7 +39,7 @@ class Range:
     low: float
     high: float
     harmonics: int | None
-    tolerance: float
+    tolerance: float = 1e-10
 
     def task(self, omega: float, x: Array, odd: bool) -> Task:
         """To follow the branch of the motion x (2H + 1,) at `omega`."""
@@ -48,36 +48,44 @@ class Range:
         )
 
 
-def paths(span: Range, tracer: Tracer, isolas: bool, tell: Callable[[float, str], None]) -> Found:
+def paths(span: Range, isolas: bool, tell: Callable[[float, str], None]) -> Found:
     """Every path, each with whether it is in odd harmonics; those at the upper end first."""
     found: Found = []
     odd, table = symmetric(span.oscillator), describing(span.oscillator)
     ends = np.array([span.high, span.low])
     tell(0.0, 'branches from the ends of the range')
-    _follow(span, one_term(span.oscillator, ends, table), found, tracer, odd)
+    _follow(span, one_term(span.oscillator, ends, table), found, odd)
     between = np.geomspace(span.low, span.high, BETWEEN + 2)[1:-1]
     if isolas or not found:
         tell(0.3, 'isolated branches')
-        _follow(span, one_term(span.oscillator, between, table), found, tracer, odd)
+        _follow(span, one_term(span.oscillator, between, table), found, odd)
     if odd:
         tell(0.5, 'broken symmetry')
         partings = [at for path, own in found if own for at in _partings(span, path)]
-        _follow(span, _broken(span, partings), found, tracer, odd)
+        _follow(span, _broken(span, partings), found, odd)
         found = [(_joined(path, partings), own) for path, own in found]
     if isolas:
         tell(0.6, 'isolated branches')
         known = [path for path, _ in found]
-        _follow(span, kicked(span.oscillator, between, known, seed=1), found, tracer, odd)
+        _follow(span, kicked(span.oscillator, between, known, seed=1), found, odd)
     return found
 
 
-def _follow(
-    span: Range,
-    seeds: Iterator[tuple[float, Array]],
-    found: Found,
-    tracer: Tracer,
-    odd: bool,
-) -> None:
+def least_path(span: Range, omega: float) -> tuple[Followed, bool] | None:
+    """The path of the smallest motion at `omega`, and whether it is in odd harmonics."""
+    odd = symmetric(span.oscillator)
+    guesses = sorted(
+        one_term(span.oscillator, np.array([omega])), key=lambda at: np.linalg.norm(at[1])
+    )
+    for _, x in guesses:
+        start = refined(span.task(omega, x, odd and lopsided(x) < 1e-6))
+        if start is not None:
+            task = span.task(omega, start, odd and lopsided(start) < 1e-6)
+            return follow(task), task.odd
+    return None
+
+
+def _follow(span: Range, seeds: Iterator[tuple[float, Array]], found: Found, odd: bool) -> None:
     for omega, x in seeds:
         own = odd and lopsided(x) < 1e-6
         task = span.task(omega, x, own)
@@ -88,7 +96,7 @@ def _follow(
             continue
         task = span.task(omega, start, odd and lopsided(start) < 1e-6)
         if not is_known(task, [path for path, _ in found]):
-            found.append((tracer(task), task.odd))
+            found.append((follow(task), task.odd))
 
 
 def _partings(span: Range, path: Followed) -> list[Located]:

@@ -1,1 +1,0 @@
-"""One branch of an oscillator traced by compiled kernels."""
