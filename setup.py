@@ -37,7 +37,7 @@ setup(
         'rosbags>=0.10,<0.12',
         'scipy>=1.11,<2',
         'zstandard>=0.21,<1',
-        'plotly>=5.18,<8',
+        'bokeh>=3.4,<4',
         'threadpoolctl>=3.1,<4',
         'tqdm>=4.60,<5',
     ],

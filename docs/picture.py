@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from qzs_rig import scenario
-from qzs_rig.compare.picture import write_picture
 from qzs_rig.prediction.predict import predict
+from qzs_rig.report.run_page import write_picture
 from qzs_rig.run import in_process
 
 

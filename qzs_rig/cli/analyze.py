@@ -9,8 +9,8 @@ from typing import Any
 from qzs_rig import files
 from qzs_rig.cli import options as shared
 from qzs_rig.compare.match import compare
-from qzs_rig.compare.report import event_table, write_report
 from qzs_rig.prediction.predict import predict
+from qzs_rig.report.run_page import events_table, write_report
 from qzs_rig.run import runfolder
 from qzs_rig.run.offline import analyze
 
@@ -37,7 +37,7 @@ def execute(options: argparse.Namespace) -> int:
         files.refuse_occupied(options.out)
     analysis = analyze(options.bag, options.assignments)
     name = analysis.sheet.run_id if analysis.sheet else options.bag.name
-    text = event_table([(name, analysis.estimate)])
+    text = events_table([(name, analysis.estimate)]).to_text()
     if not analysis.estimate.curves:
         text += '\nno degree of freedom is excited above analyzer.floor_acceleration or floor_rate'
     if options.out:

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.cli import options as shared
-from qzs_rig.cli import oscillating, results
+from qzs_rig.cli import oscillating
 from qzs_rig.cli.progress import bar
-from qzs_rig.drawing.motions import HUES, Field, Scene, Wave, drawn
 from qzs_rig.errors import InputError, RigError
 from qzs_rig.files import finite_or_none, number_or_none
 from qzs_rig.report.names import dof_name
+from qzs_rig.report.sheet import Curve, Panel, Regions, Sheet, hue
 from qzs_rig.report.table import Table, number
+from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, basin
 from qzs_rig.theory.motion.jump_margin import JumpMargin, jump_margin
 from qzs_rig.theory.oscillator import Oscillator
@@ -145,24 +146,24 @@ def _written(folder: Path, found: Basin, dof: str) -> list[Path]:
     columns = (grid[0].ravel(), grid[1].ravel(), found.which.ravel())
     arrays = {'w': found.w, 'velocity': found.velocity, 'which': found.which}
     return [
-        *results.pictures(folder, 'basin', lambda kind: _drawn(found, dof, kind)),
-        results.csv(folder, 'basin', names, columns),
-        results.npz(folder, 'basin', arrays),
+        *pictures(folder, [_sheet(found, dof)]),
+        csv(folder, 'basin', names, columns),
+        npz(folder, 'basin', arrays),
     ]
 
 
-def _drawn(found: Basin, dof: str, kind: str) -> bytes:
+def _sheet(found: Basin, dof: str) -> Sheet:
     names = {
-        k: (f'{k}: T = {each.T:.3f}, period {each.period}', HUES[k % len(HUES)])
+        k: (f'{k}: T = {each.T:.3f}, period {each.period}', hue(k))
         for k, each in enumerate(found.attractors[:12])
     }
-    for word, number_, hue in (('left', LOST, '#22303c'), ('not settled', UNSETTLED, '#c9d1d8')):
+    for word, number_, colour in (('left', LOST, '#22303c'), ('not settled', UNSETTLED, '#c9d1d8')):
         if (found.which == number_).any():
-            names[number_] = (word, hue)
-    field = Field(found.w, found.velocity, found.which, names)
+            names[number_] = (word, colour)
+    regions = Regions(found.w, found.velocity, found.which, names)
     title = f'{dof_name(dof)}, Ω = {found.omega:.4g}'
-    scene = Scene(title, 'w at the highest base', 'dw/dτ', (field,))
-    return drawn('Basins of attraction', [scene], 1, kind)
+    panel = Panel(title, 'w at the highest base', 'dw/dτ', (regions,))
+    return Sheet('basin', 'Basins of attraction', '', (panel,))
 
 
 def _margin(options: argparse.Namespace, oscillator: Oscillator) -> int:
@@ -217,16 +218,16 @@ def _margin(options: argparse.Namespace, oscillator: Oscillator) -> int:
         if reason:
             text += f'\n\nomega {omega:.4g}: {reason}'
     if options.out is not None:
-        things = (Wave('kick', omegas, columns['kick'], HUES[0]),)
-        rises = (Wave('level factor', omegas, columns['rise'], HUES[1]),)
-        scenes = [
-            Scene(f'{dof_name(oscillator.dof)}: kick', 'Ω', 'smallest dw/dτ', things),
-            Scene(f'{dof_name(oscillator.dof)}: level', 'Ω', 'smallest factor', rises),
-        ]
+        kicks = (Curve('kick', omegas, columns['kick'], hue(0), width=1.0),)
+        rises = (Curve('level factor', omegas, columns['rise'], hue(1), width=1.0),)
+        panels = (
+            Panel(f'{dof_name(oscillator.dof)}: kick', 'Ω', 'smallest dw/dτ', kicks),
+            Panel(f'{dof_name(oscillator.dof)}: level', 'Ω', 'smallest factor', rises),
+        )
         written = [
-            *results.pictures(options.out, 'margin', lambda k: drawn('Margin', scenes, 2, k)),
-            results.csv(options.out, 'margin', tuple(columns), list(columns.values())),
-            results.npz(options.out, 'margin', columns),
+            *pictures(options.out, [Sheet('margin', 'Margin', '', panels, columns=2)]),
+            csv(options.out, 'margin', tuple(columns), list(columns.values())),
+            npz(options.out, 'margin', columns),
         ]
         document['files'] = [str(path) for path in written]
         text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)

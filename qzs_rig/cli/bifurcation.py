@@ -10,14 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from qzs_rig.cli import options as shared
-from qzs_rig.cli import oscillating, results
+from qzs_rig.cli import oscillating
 from qzs_rig.cli.progress import bar
-from qzs_rig.drawing.motions import Dots, Scene, drawn
 from qzs_rig.errors import InputError
 from qzs_rig.files import finite_or_none
 from qzs_rig.parameters import RunSpec
 from qzs_rig.report.names import dof_name
+from qzs_rig.report.sheet import Panel, Points, Sheet
 from qzs_rig.report.table import Table
+from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.along import RATIOS, SLANT, lanes_along
 from qzs_rig.theory.motion.bifurcation import KINDS, Diagram, carried, from_rest
@@ -266,27 +267,27 @@ def _written(folder: Path, name: str, parts: list[Part]) -> list[Path]:
         }
     lists = [np.array(column) for column in columns.values()]
     return [
-        *results.pictures(folder, 'bifurcation', lambda kind: _drawn(name, parts, kind)),
-        results.csv(folder, 'bifurcation', list(columns), lists),
-        results.npz(folder, 'bifurcation', arrays),
+        *pictures(folder, [_sheet(name, parts)]),
+        csv(folder, 'bifurcation', list(columns), lists),
+        npz(folder, 'bifurcation', arrays),
     ]
 
 
-def _drawn(name: str, parts: list[Part], kind: str) -> bytes:
-    scenes = []
+def _sheet(name: str, parts: list[Part]) -> Sheet:
+    panels = []
     for part in parts:
         x, y, what = _points(part)
         dots = tuple(
-            Dots(word, x[what == word], y[what == word], hue)
+            Points(word, x[what == word], y[what == word], hue, size=2.5)
             for word, hue in HUES.items()
             if (what == word).any()
         )
         unit = 'w / L20' if part.diagram.seen.lanes.number < 2 else 'w, rad'
         omega = _span(part.diagram.seen.lanes.omega)
         title = f'{dof_name(part.dof)}, {part.way}, Ω = {omega}'
-        scenes.append(Scene(title, name, f'{unit} once a period', dots))
+        panels.append(Panel(title, name, f'{unit} once a period', dots))
     title = f'Runs seen once a period over {name}'
-    return drawn(title, scenes, min(2, len(scenes)), kind)
+    return Sheet('bifurcation', title, '', tuple(panels), columns=min(2, len(panels)))
 
 
 def _points(part: Part) -> tuple[Array, Array, Any]:

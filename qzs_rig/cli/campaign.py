@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig import scenario
-from qzs_rig.campaign import perform, picture, plan, shipped, table
+from qzs_rig.campaign import perform, plan, shipped, table
 from qzs_rig.campaign.cluster import AHEAD as AHEAD_OF_CLUSTER
 from qzs_rig.campaign.cluster import Cluster
 from qzs_rig.campaign.estimate import Expected, expected
 from qzs_rig.campaign.ledger import TABLES
 from qzs_rig.campaign.perform import Performed
 from qzs_rig.campaign.plan import Plan
+from qzs_rig.campaign.quick_look import quick_look
 from qzs_rig.campaign.summary import summary
 from qzs_rig.campaign.tasks import TASKS
 from qzs_rig.campaign.threads import AHEAD, Threads
@@ -23,6 +24,8 @@ from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError, RunAbortedError
 from qzs_rig.files import rewrite
+from qzs_rig.report.still import still
+from qzs_rig.report.write import drawable
 
 ROOT = Path('campaigns')
 
@@ -208,15 +211,10 @@ def _picture(wanted: Plan, done: Performed, name: str) -> Path | None:
     path = done.table.path.with_name('quick_look.png')
     if path.exists():
         return path
-    try:
-        drawn = picture.quick_look(wanted, done.table, f'{name}: {wanted.task.text}')
-    except ImportError:
-        print(
-            "caution: the quick look needs matplotlib; pip install 'qzs_rig[picture]'",
-            file=sys.stderr,
-        )
+    if not drawable():
         return None
-    rewrite(path, drawn)
+    sheet = quick_look(wanted, done.table, f'{name}: {wanted.task.text}')
+    rewrite(path, still(sheet, 'png'))
     return path
 
 

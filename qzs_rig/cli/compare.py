@@ -9,9 +9,9 @@ from typing import Any
 
 from qzs_rig.cli import options as shared
 from qzs_rig.compare.match import compare
-from qzs_rig.compare.report import write_report
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.predict import predict
+from qzs_rig.report.run_page import write_report
 from qzs_rig.run.offline import Analysis, recorded
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from qzs_rig.claims.figures import FIGURES
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError
 from qzs_rig.files import refuse_existing
-from qzs_rig.paper_figures import FIGURES
 
 
 def add_to(verbs: Any) -> None:
@@ -41,11 +39,6 @@ def execute(options: argparse.Namespace) -> int:
     folder = options.out or Path('figures')
     for number in numbers:
         refuse_existing(folder / f'figure_{number}.html')
-    if not find_spec('matplotlib'):
-        print(
-            "caution: pages only; SVG and PNG need matplotlib: pip install 'qzs_rig[picture]'",
-            file=sys.stderr,
-        )
     progress = bar(len(numbers), 'figures', 'figures')
     document: dict[str, Any] = {'figures': []}
     lines = []

@@ -7,12 +7,13 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from qzs_rig.cli import frf_curves, frf_told, oscillating
 from qzs_rig.cli import options as shared
+from qzs_rig.cli import oscillating
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.parameters import RunSpec
+from qzs_rig.report import resonance, response_page
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.coupled.response import coupled_response
@@ -84,26 +85,26 @@ def execute(options: argparse.Namespace) -> int:
     if options.single_term and options.harmonics is not None:
         raise InputError('--single-term has one harmonic; leave out --harmonics')
     if options.single_term:
-        answer = frf_told.all_branches(
+        answer = response_page.all_branches(
             single_term_response(oscillator, low, high), 'single term, Eq (29)'
         )
     else:
         with bar(1.0, 'of the search', 'frequency response') as progress:
-            answer = frf_told.all_branches(
+            answer = response_page.all_branches(
                 _response(options, spec, oscillator, (low, high), _teller(progress))
             )
     six = coupled(spec) and not options.single_term
     answer.document['degrees_of_freedom'] = 6 if six else 1
     if options.backbone:
-        answer = frf_curves.with_backbone(answer, oscillator, low, high)
+        answer = resonance.with_backbone(answer, oscillator, low, high)
     if options.jump_map:
         with bar(1.0, 'of the map', 'jump map') as progress:
-            answer = frf_curves.with_jump_map(
+            answer = resonance.with_jump_map(
                 answer, oscillator, options.jump_map, (low, high), _teller(progress)
             )
     text = answer.text
     if options.out is not None:
-        written = frf_told.write(options.out, answer)
+        written = response_page.write(options.out, answer)
         answer.document['files'] = [str(path) for path in written]
         text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
     for caution in answer.cautions:

@@ -11,11 +11,13 @@ from qzs_rig import files, scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError
-from qzs_rig.identification import csv_table, curves, jumps, jumps_told, picture, told
+from qzs_rig.identification import csv_table, curves, jumps, jumps_told, told
+from qzs_rig.identification.fit_sheet import fit_sheet
 from qzs_rig.identification.identify import Identified, identify
 from qzs_rig.identification.points import Points, by_dof
 from qzs_rig.identification.unknowns import DEFAULT
 from qzs_rig.parameters import RunSpec
+from qzs_rig.report.write import pictures
 from qzs_rig.run import offline
 
 EPILOG = f"""\
@@ -117,14 +119,7 @@ def _written(folder: Path, found: Identified, document: dict[str, Any]) -> list[
         files.write_new(folder / 'fitted.yaml', found.spec.to_yaml()),
         files.write_new_json(folder / 'identification.json', document),
     ]
-    try:
-        paths += picture.written(folder, found)
-    except ImportError:
-        print(
-            "caution: figures as SVG and PNG need matplotlib; pip install 'qzs_rig[picture]'",
-            file=sys.stderr,
-        )
-    return paths
+    return paths + pictures(folder, [fit_sheet(found)])
 
 
 def _paper(options: argparse.Namespace) -> int:

@@ -8,16 +8,15 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.cli import options as shared
-from qzs_rig.cli import oscillating, results
-from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
+from qzs_rig.cli import oscillating
 from qzs_rig.files import finite_or_none
 from qzs_rig.report.names import dof_name
+from qzs_rig.report.sheet import GREY, HUES, Band, Curve, Panel, Points, Sheet
 from qzs_rig.report.table import Table, number
+from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.theory.motion.accuracy import cheapest_steps
 from qzs_rig.theory.motion.lanes import Lanes
 from qzs_rig.theory.motion.lyapunov import BATCHES, ENOUGH, SURE, Exponents, exponents
-
-HUE = '#0b62a4'
 
 
 def add_to(verbs: Any) -> None:
@@ -96,9 +95,9 @@ def execute(options: argparse.Namespace) -> int:
         columns = [lanes.w, lanes.velocity, found.value, found.error]
         names = ('w', 'velocity', 'exponent', 'standard_error')
         written = [
-            *results.pictures(options.out, 'lyapunov', lambda kind: _drawn(found, dof, kind)),
-            results.csv(options.out, 'lyapunov', names, columns),
-            results.npz(options.out, 'lyapunov', dict(zip(names, columns, strict=True))),
+            *pictures(options.out, [_sheet(found, dof)]),
+            csv(options.out, 'lyapunov', names, columns),
+            npz(options.out, 'lyapunov', dict(zip(names, columns, strict=True))),
         ]
         document['files'] = [str(path) for path in written]
         text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
@@ -148,23 +147,15 @@ def _table(found: Exponents, dof: str) -> Table:
     return Table(caption, ('', 'exponent', '+-'), tuple(rows), labels=1)
 
 
-def _drawn(found: Exponents, dof: str, kind: str) -> bytes:
+def _sheet(found: Exponents, dof: str) -> Sheet:
     order = np.argsort(found.value)
     x = np.arange(1.0, len(order) + 1.0)
     value, error = found.value[order], found.error[order]
-    things = (
-        Wave('± standard error', np.repeat(x, 3), _bars(value, error), '#8795a1'),
-        Dots('exponent', x, value, HUE),
-        Wave('zero', x[[0, -1]], np.zeros(2), '#c2410c'),
+    items = (
+        Band('± standard error', x, value - error, value + error, GREY),
+        Points('exponent', x, value),
+        Curve('zero', x[[0, -1]], np.zeros(2), HUES[1], width=1.0),
     )
-    scene = Scene(
-        f'{dof_name(dof)}, Ω = {found.lanes.omega[0]:.4g}',
-        'run, sorted',
-        'exponent / omega0',
-        things,
-    )
-    return drawn('Largest Lyapunov exponent', [scene], 1, kind)
-
-
-def _bars(value: Any, error: Any) -> Any:
-    return np.stack([value - error, value + error, np.full_like(value, np.nan)], axis=-1).ravel()
+    title = f'{dof_name(dof)}, Ω = {found.lanes.omega[0]:.4g}'
+    panel = Panel(title, 'run, sorted', 'exponent / omega0', items)
+    return Sheet('lyapunov', 'Largest Lyapunov exponent', '', (panel,))

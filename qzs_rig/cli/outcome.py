@@ -11,12 +11,12 @@ from typing import Any
 from qzs_rig.claims import STATIC, told
 from qzs_rig.cli.options import show
 from qzs_rig.compare.match import compare
-from qzs_rig.compare.report import event_table, write_report
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.labels import label_all
 from qzs_rig.report.names import direction_name, dof_name
+from qzs_rig.report.run_page import events_table, write_report
 
 
 def present(
@@ -75,7 +75,7 @@ def _lines(
     lost = sum(topic['lost'] for topic in document['topics'].values())
     received = sum(topic['received'] for topic in document['topics'].values())
     lines = [
-        event_table([(document['run_id'], estimate)]),
+        events_table([(document['run_id'], estimate)]).to_text(),
         '',
         *(
             f'{dof_name(item.dof)} {direction_name(item.direction)}, {item.theory}: {item.sentence}'

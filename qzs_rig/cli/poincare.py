@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from qzs_rig.cli import options as shared
-from qzs_rig.cli import oscillating, results
-from qzs_rig.drawing.motions import Dots, Scene, Wave, drawn
+from qzs_rig.cli import oscillating
 from qzs_rig.files import finite_or_none
 from qzs_rig.report.names import dof_name
+from qzs_rig.report.sheet import Curve, Panel, Points, Sheet
 from qzs_rig.report.table import Table, number
+from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.bifurcation import VISIBLE, Diagram, judged
 from qzs_rig.theory.motion.history import History, history
@@ -167,29 +168,29 @@ def _written(folder: Path, portraits: list[Portrait]) -> list[Path]:
         }
     columns = [np.array(column) for column in (dofs, cycles, ws, velocities)]
     return [
-        *results.pictures(folder, 'poincare', lambda kind: _drawn(portraits, kind)),
-        results.csv(folder, 'poincare', ('dof', 'period', 'w', 'velocity'), columns),
-        results.npz(folder, 'poincare', arrays),
+        *pictures(folder, [_sheet(portraits)]),
+        csv(folder, 'poincare', ('dof', 'period', 'w', 'velocity'), columns),
+        npz(folder, 'poincare', arrays),
     ]
 
 
-def _drawn(portraits: list[Portrait], kind: str) -> bytes:
-    scenes = []
+def _sheet(portraits: list[Portrait]) -> Sheet:
+    panels: list[Panel] = []
     for each in portraits:
         seen, unit = each.diagram.seen, 'w / L20' if each.dof in TRANSLATIONS else 'w, rad'
         last = max(int(seen.period[0]), 0) or min(seen.periods, 100)
         once = each.run.w[-each.steps - 1 :], each.run.velocity[-each.steps - 1 :]
         dots = (
-            Wave('last period', *once, GREY),
-            Dots('all periods', seen.w[0], seen.velocity[0], ORANGE),
-            Dots(f'last {last}', seen.w[0, -last:], seen.velocity[0, -last:], BLUE),
+            Curve('last period', *once, GREY, width=1.0),
+            Points('all periods', seen.w[0], seen.velocity[0], ORANGE, size=2.5),
+            Points(f'last {last}', seen.w[0, -last:], seen.velocity[0, -last:], BLUE, size=2.5),
         )
         name = f'{dof_name(each.dof)}, Ω = {seen.lanes.omega[0]:.4g}'
-        scenes.append(Scene(f'{name}: map', unit, 'dw/dτ', dots))
+        panels.append(Panel(f'{name}: map', unit, 'dw/dτ', dots))
         # as much as shows the transient
         until = seen.periods if each.visible is None else max(12, round(1.5 * each.visible))
         shown = slice(0, until * each.steps + 1)
         turns = each.run.tau[shown] * seen.lanes.omega[0] / (2.0 * np.pi)
-        wave = Wave('', turns, each.run.w[shown], BLUE)
-        scenes.append(Scene(f'{name}: history', 'periods', unit, (wave,)))
-    return drawn('Runs from rest seen once a period', scenes, 2, kind)
+        wave = Curve('', turns, each.run.w[shown], BLUE, width=1.0)
+        panels.append(Panel(f'{name}: history', 'periods', unit, (wave,)))
+    return Sheet('poincare', 'Runs from rest seen once a period', '', tuple(panels), columns=2)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +11,15 @@ import numpy as np
 
 from qzs_rig import scenario
 from qzs_rig.cli import options as shared
-from qzs_rig.datasheet import figures, summary, write
-from qzs_rig.drawing.still import pictures
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.platform import platform_design, refuse_coupled_words
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import RunSpec
+from qzs_rig.report import datasheet, statics_figures
+from qzs_rig.report.page import Part, footer, header
 from qzs_rig.report.table import Table
+from qzs_rig.report.write import csv, pictures, write_page
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS
 
@@ -66,11 +66,11 @@ def execute(options: argparse.Namespace) -> int:
         return _points(options, spec, law, dof)
     if not options.tolerance > 0.0:
         raise InputError(f'--tolerance {options.tolerance:g} must be above 0')
-    found = summary.summary(
+    found = datasheet.summary(
         RESTORING[law], platform_design(spec), _force_scale(spec), options.tolerance
     )
-    tables = summary.tables(found, (dof,) if dof else DOFS)
-    document = summary.document(found)
+    tables = datasheet.tables(found, (dof,) if dof else DOFS)
+    document = datasheet.document(found)
     text = '\n\n'.join(table.to_text() for table in tables)
     if options.out is not None:
         written = _written(options.out, found, tables)
@@ -103,17 +103,25 @@ def _points(options: argparse.Namespace, spec: RunSpec, law: str, dof: str | Non
     return 0
 
 
-def _written(folder: Path, found: summary.Summary, tables: list[Table]) -> list[Path]:
-    sheets = figures.sheets(found)
-    paths = [write.page(folder, found, sheets, tables), write.curves(folder, found)]
-    try:
-        paths += pictures(folder, sheets)
-    except ImportError:
-        print(
-            "caution: figures as SVG and PNG need matplotlib; pip install 'qzs_rig[picture]'",
-            file=sys.stderr,
-        )
-    return paths
+def _written(folder: Path, found: datasheet.Summary, tables: list[Table]) -> list[Path]:
+    sheets = statics_figures.sheets(found)
+    title = f'Statics: law {found.law.name}'
+    facts = [(name, f'{value:.6g}') for name, value in found.design._asdict().items()]
+    parts: list[Part] = [
+        header(title, [('law', found.law.source), *facts]),
+        *tables,
+        *sheets,
+        footer(
+            'Nondimensional as in the paper: force over k1 L20, torque over k1 L20 L0, vertical '
+            'positive downward from the working point. Source: Wang et al., Mathematics 2022, '
+            '10, 1342.'
+        ),
+    ]
+    return [
+        write_page(folder / 'statics.html', title, parts),
+        csv(folder, 'statics', *statics_figures.curves(found)),
+        *pictures(folder, sheets),
+    ]
 
 
 def _force_scale(spec: RunSpec) -> float:

@@ -16,12 +16,14 @@ from campaign_plans import statics
 
 from qzs_rig import __version__
 from qzs_rig.campaign import ledger as ledgers
-from qzs_rig.campaign import picture, plan, table, work
+from qzs_rig.campaign import plan, table, work
 from qzs_rig.campaign.perform import perform
+from qzs_rig.campaign.quick_look import quick_look
 from qzs_rig.campaign.summary import summary
 from qzs_rig.campaign.threads import Threads
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import platform_design
+from qzs_rig.report.still import still
 
 FORMATS = table.FORMATS
 
@@ -242,7 +244,7 @@ def test_the_summary_counts_and_spreads(tmp_path):
 )
 def test_the_quick_look_is_drawn(tmp_path, vary):
     wanted = statics(vary=vary)
-    drawn = picture.quick_look(wanted, done(wanted, tmp_path).table, 'look')
+    drawn = still(quick_look(wanted, done(wanted, tmp_path).table, 'look'), 'png')
     assert drawn.startswith(b'\x89PNG')
 
 

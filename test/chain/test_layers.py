@@ -22,9 +22,8 @@ LAYERS = (
     {'prediction'},
     {'run', 'loopback'},
     {'report', 'ros'},
-    {'compare'},
-    {'drawing', 'claims'},
-    {'datasheet', 'advisor', 'paper_figures', 'identification'},
+    {'compare', 'claims'},
+    {'advisor', 'identification'},
     {'campaign'},
     {'cli'},
 )
@@ -47,8 +46,8 @@ HOMES = {
     'rosbags': {'bag'},
     'mcap': {'bag'},
     'zstandard': {'bag'},
-    'plotly': {'compare'},
-    'matplotlib': {'compare', 'drawing', 'campaign', 'identification'},
+    'bokeh': {'report'},
+    'matplotlib': {'report'},
     'numba': {'mechanics', 'theory'},
     'threadpoolctl': {'theory'},
     'tqdm': {'cli'},
@@ -143,7 +142,7 @@ def test_the_physics_loads_no_middleware_and_no_plotting():
     names += ['qzs_rig.mechanics.integrator', 'qzs_rig.theory.single_term', 'qzs_rig.excitation']
     loaded = loaded_by(f'import qzs_rig, {", ".join(names)}')
     assert 'numpy' in loaded
-    heavy = {'rclpy', 'rosbags', 'mcap', 'plotly', 'matplotlib', 'numba', 'scipy', 'tqdm', 'yaml'}
+    heavy = {'rclpy', 'rosbags', 'mcap', 'bokeh', 'matplotlib', 'numba', 'scipy', 'tqdm', 'yaml'}
     assert not loaded & heavy
 
 

@@ -121,7 +121,7 @@ def test_files(told, tmp_path):
     assert [float(row['T']) for row in rows if row['branch'] == '0'] == document['branches'][0]['T']
     page = (tmp_path / 'response.html').read_text()
     assert 'Frequency response: law corrected, vertical' in page
-    assert '"type": "log"' in page
+    assert '"name":"LogScale"' in page
     code, _, err = told('--zeta', '0.1', *QUICK, '--out', str(tmp_path))
     assert code == 2
     assert 'nothing is overwritten' in err

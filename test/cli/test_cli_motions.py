@@ -160,7 +160,7 @@ def test_without_matplotlib_the_numbers_are_written(told, tmp_path, monkeypatch)
     monkeypatch.setitem(sys.modules, 'matplotlib', None)
     code, _, err = told(*FIGURE_13, '--out', str(tmp_path))
     assert code == 0
-    assert 'caution: figures need matplotlib' in err
+    assert 'caution: figures as SVG and PNG need matplotlib' in err
     assert {p.name for p in tmp_path.iterdir()} == {'bifurcation.csv', 'bifurcation.npz'}
 
 

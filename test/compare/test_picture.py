@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from qzs_rig.compare.picture import write_picture
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate
+from qzs_rig.report.run_page import write_picture
 
 
 @pytest.mark.parametrize(('suffix', 'start'), [('.svg', b'<?xml'), ('.png', b'\x89PNG')])

@@ -3,75 +3,30 @@
 from __future__ import annotations
 
 import builtins
+import json
 import re
-import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from selenium import webdriver
-from selenium.webdriver.chrome.options import Options
-from selenium.webdriver.chrome.service import Service
+from browsing import opened, renderers, started
+from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
 from qzs_rig.compare.match import compare
-from qzs_rig.compare.report import event_table, report_page, write_report
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate, Event
+from qzs_rig.report.run_page import events_table, report_page, write_report
 
 HOSTILE = '</script><img src=x onerror="document.title=1"><b>&amp;'
 
 
-def program(name):
-    path = shutil.which(name)
-    if path is None:
-        pytest.fail(
-            f'{name} is missing: the report is tested in a real browser; '
-            'install it with: apt-get install chromium chromium-driver'
-        )
-    return path
-
-
 @pytest.fixture(scope='module')
 def browser(tmp_path_factory):
-    options = Options()
-    options.binary_location = program('chromium')
-    for flag in (
-        '--headless',
-        '--no-sandbox',
-        '--disable-gpu',
-        '--disable-quic',
-        '--no-first-run',
-        '--disable-background-networking',
-        '--disable-component-update',
-        '--disable-sync',
-        '--window-size=1920,1080',
-        f'--user-data-dir={tmp_path_factory.mktemp("profile")}',
-    ):
-        options.add_argument(flag)
-    options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
-    driver = webdriver.Chrome(options=options, service=Service(program('chromedriver')))
+    driver = started(tmp_path_factory.mktemp('profile'))
     yield driver
     driver.quit()
-
-
-def opened(browser, path):
-    """Open `path` from the disk and wait until every figure is drawn."""
-    browser.get(path.as_uri())
-    figures = "return [...document.querySelectorAll('.plot')].every(p => p.dataset.ready)"
-    WebDriverWait(browser, 15).until(lambda driver: driver.execute_script(figures))
-    assert browser.get_log('browser') == []
-    return browser
-
-
-def traces(browser, figure=0):
-    script = (
-        "return document.querySelectorAll('.plot')[arguments[0]].data.map(t =>"
-        " ({name: t.name, axis: t.yaxis || 'y', mode: t.mode, n: t.x.length,"
-        ' dash: t.line && t.line.dash}))'
-    )
-    return browser.execute_script(script, figure)
 
 
 def cells(browser, table=0):
@@ -89,15 +44,15 @@ def test_one_run_with_theory(browser, run, theory, tmp_path):
     page = opened(browser, path)
 
     assert page.title == 'Vertical sweep'
-    drawn = traces(page)
-    # Per direction: magnitude, phase, THD and events; theory: stable and unstable, T and phase,
-    # and the folds.
-    assert len(drawn) == 2 * 4 + 2 * 2 + 1
-    assert sum(trace['axis'] == 'y3' for trace in drawn) == 2
-    assert [t['dash'] for t in drawn if 'theory' in t['name'] and t['dash']] == ['solid'] * 2 + [
-        '5px,4px'
-    ] * 2
-    assert len(page.find_elements(By.CSS_SELECTOR, '.plot path.js-line')) >= 10
+    magnitude, phase, thd = (renderers(page, panel) for panel in range(3))
+    # per direction: curve, interval, arrows and three kinds of event, too many points for dots
+    assert sum('theory' not in r['name'] for r in magnitude) == 2 * 6
+    # theory: stable and unstable, T and phase, and the folds of either kind
+    theory_drawn = [r for r in magnitude if 'theory' in r['name']]
+    assert [r['dash'] for r in theory_drawn if r['kind'] == 'Line'] == [[], [6, 3]]
+    assert [r['dash'] for r in phase if 'theory' in r['name']] == [[], [6, 3]]
+    assert [len(phase), len(thd)] == [2 + 2, 2]
+    assert all(r['visible'] and r['n'] > 1 for r in (*phase, *thd))
 
     header, forward, reverse = cells(page)
     assert header[2:] == ['onset Hz', 'peak Hz', 'peak T', 'jump up Hz', 'jump down Hz', '± Hz']
@@ -108,18 +63,16 @@ def test_one_run_with_theory(browser, run, theory, tmp_path):
     assert forward[5] == '–' and reverse[6] == '–'
     assert reverse[5] == f'{found["reverse", "jump_up"].frequency_hz:.3f}'
 
-    assert [(t['name'], t['n']) for t in drawn if 'folds' in t['name']] == [
-        ('theory, one harmonic, folds', 2)
-    ]
-    hover = page.execute_script(
-        "return document.querySelector('.plot').data.find(t => t.name.includes('folds')).text"
-    )
+    assert [(r['name'], r['n']) for r in magnitude if 'folds' in r['name']] == [
+        ('theory, one harmonic, folds', 1)
+    ] * 2
     low, high = theory.folds
-    assert hover[0].startswith(f'jump up at {low.frequency_hz:.4f} Hz from T = ')
-    assert hover[1].endswith(f'to T = {high.transmissibility[1]:.4g} on the lower branch')
-    points = page.execute_script("return document.querySelector('.plot').data[0].text")
-    assert points[0].startswith('<br>upper branch, z = ')
-    assert points[-1].startswith('<br>lower branch, z = ')
+    notes = [note for r in magnitude if 'folds' in r['name'] for note in r['note']]
+    assert notes[0].startswith(f'jump up at {low.frequency_hz:.4f} Hz from T = ')
+    assert notes[1].endswith(f'to T = {high.transmissibility[1]:.4g} on the lower branch')
+    points = magnitude[0]['note']
+    assert points[0].startswith('upper branch, z = ')
+    assert points[-1].startswith('lower branch, z = ')
     header, forward, reverse = cells(page, 1)
     assert header[-2:] == ['within 2σ', 'remark'] and forward[-2] == reverse[-2] == '240'
     assert re.fullmatch(
@@ -132,22 +85,93 @@ def test_one_run_with_theory(browser, run, theory, tmp_path):
     assert facts_shown == ['law', 'corrected', 'lost samples', '0']
     spoken = page.find_element(By.CSS_SELECTOR, '.plot').get_attribute('aria-label')
     assert 'Forward: isolation onset at' in spoken
-    buttons = page.execute_script(
-        "return [...document.querySelectorAll('.modebar-btn')].map(b => b.dataset.title)"
+    tools = page.execute_script(
+        "return document.querySelector('.plot').plot.toolbar.tools.map(t => t.type)"
     )
-    assert not [title for title in buttons if 'hare' in title or 'loud' in title]
+    assert set(tools) == {
+        'BoxZoomTool',
+        'PanTool',
+        'WheelZoomTool',
+        'SaveTool',
+        'ResetTool',
+        'HoverTool',
+    }
+
+
+POINT = """
+const place = document.querySelector('.plot');
+const view = Bokeh.index.find_one(place.plot);
+const source = place.plot.renderers[0].data_source;
+const k = 40, box = place.getBoundingClientRect();
+const area = view.frame.bbox;
+return [box.x + area.x + view.frame.x_scale.compute(source.get('x')[k]) - area.x,
+        box.y + area.y + view.frame.y_scale.compute(source.get('y')[k]) - area.y]
+"""
+TOOLTIPS = """
+const texts = [];
+(function walk(node) {
+  for (const child of node.querySelectorAll('*')) {
+    if (child.matches('.bk-Tooltip') && child.shadowRoot) {
+      texts.push(child.shadowRoot.textContent);
+    }
+    if (child.shadowRoot) { walk(child.shadowRoot); }
+  }
+})(document);
+return texts
+"""
+
+
+def test_a_point_says_what_it_is(browser, run, theory, tmp_path):
+    path = tmp_path / 'report.html'
+    write_report(path, 'hover', [('run 1', run)], theory=[theory])
+    page = opened(browser, path)
+    page.execute_script("document.querySelector('.plot').scrollIntoView({block: 'center'})")
+    x, y = page.execute_script(POINT)
+    page.execute_script('window.scrollTo(0, window.scrollY)')
+    ActionChains(page).move_by_offset(int(x), int(y)).perform()
+    said = WebDriverWait(page, 10).until(lambda p: ''.join(p.execute_script(TOOLTIPS)))
+    assert 'forward' in said and 'frequency, Hz' in said and 'upper branch, z = ' in said
+
+
+def test_a_name_hides_its_curves(browser, run, theory, tmp_path):
+    path = tmp_path / 'report.html'
+    write_report(path, 'key', [('run 1', run)], theory=[theory])
+    page = opened(browser, path)
+    names = [b.text for b in page.find_elements(By.CSS_SELECTOR, 'figcaption button')]
+    assert [name.split(' ', 1)[1] for name in names] == [
+        'forward',
+        'reverse',
+        'theory, one harmonic',
+        'theory, one harmonic, unstable',
+        'theory, one harmonic, folds',
+    ]
+    button = page.find_element(By.CSS_SELECTOR, 'button[data-label=forward]')
+    for shown in (False, True):
+        button.click()
+        assert button.get_attribute('aria-pressed') == str(shown).lower()
+        for panel in range(3):
+            for r in renderers(page, panel):
+                assert r['visible'] == (shown or r['name'] != 'forward')
 
 
 def test_axes_say_what_they_show(browser, run, tmp_path):
     path = tmp_path / 'report.html'
     write_report(path, 'axes', [('run', run)])
     page = opened(browser, path)
-    layout = page.execute_script(
-        "const l = document.querySelector('.plot').layout;"
-        'return [l.xaxis.title.text, l.yaxis.title.text, l.yaxis.type, l.yaxis2.title.text,'
-        ' l.yaxis3.title.text, l.shapes[0].y0]'
+    axes = page.execute_script(
+        "return [...document.querySelectorAll('.plot')].map(({plot}) =>"
+        ' [plot.left[0].axis_label, plot.y_scale.type, plot.below[0].axis_label,'
+        " plot.center.filter(c => c.type === 'Span').map(c => c.location)])"
     )
-    assert layout == ['frequency, Hz', '|T|, top / base', 'log', 'phase, °', 'THD, %', 1]
+    assert axes == [
+        ['|T|, top / base', 'LogScale', '', [1]],
+        ['phase, °', 'LinearScale', '', []],
+        ['THD, %', 'LinearScale', 'frequency, Hz', []],
+    ]
+    shared = page.execute_script(
+        "return new Set([...document.querySelectorAll('.plot')].map(p => p.plot.x_range)).size"
+    )
+    assert shared == 1
 
 
 def test_comparison_of_two_runs(browser, run, stiffer_run, tmp_path):
@@ -156,8 +180,8 @@ def test_comparison_of_two_runs(browser, run, stiffer_run, tmp_path):
     path = tmp_path / 'report.html'
     write_report(path, 'calm against strong', runs, tables=comparison.tables())
     page = opened(browser, path)
-    assert len(traces(page)) == 2 * 2 * 4
-    assert {t['name'] for t in traces(page)} >= {'calm, forward', 'strong, reverse'}
+    assert [len(renderers(page, panel)) for panel in range(3)] == [2 * 2 * 6, 2 * 2, 2 * 2]
+    assert {r['name'] for r in renderers(page)} >= {'calm, forward', 'strong, reverse'}
     assert len(cells(page, 0)) == 1 + 4
     assert cells(page, 1)[1][:5] == ['vertical', 'forward', 'isolation onset', 'calm', 'strong']
 
@@ -173,7 +197,7 @@ def test_page_fits_a_phone(browser, run, tmp_path):
         page = opened(browser, path)
         widths = page.execute_script(
             'return [document.documentElement.scrollWidth,'
-            " document.querySelector('.plot svg').getBoundingClientRect().width]"
+            " Bokeh.index.find_one(document.querySelector('.plot').plot).el.offsetWidth]"
         )
     finally:
         browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
@@ -195,8 +219,10 @@ def test_foreign_text_stays_text(browser, run, tmp_path):
     assert page.find_element(By.TAG_NAME, 'h1').text == HOSTILE
     assert page.find_elements(By.CSS_SELECTOR, 'img[src=x], main b') == []
     assert cells(page)[1][0] == HOSTILE
-    legend = page.execute_script("return document.querySelector('.legendtext').textContent")
-    assert legend == HOSTILE
+    button = page.find_element(By.CSS_SELECTOR, 'figcaption button')
+    assert button.get_attribute('data-label') == HOSTILE
+    assert button.text == f'━━ {HOSTILE}'
+    assert renderers(page)[0]['name'] == HOSTILE
 
 
 def test_page_refers_to_nothing_outside(run):
@@ -205,6 +231,18 @@ def test_page_refers_to_nothing_outside(run):
     assert re.findall(r'(?:src|href)="(?!#|data:)[^"]*"', markup) == []
     assert "default-src 'none'" in markup
     assert report_page('outside', [('run', run)]) == page
+
+
+def test_page_fetches_nothing(browser, run, tmp_path):
+    path = tmp_path / 'report.html'
+    write_report(path, 'alone', [('run', run)])
+    browser.get_log('performance')
+    opened(browser, path)
+    events = (json.loads(entry['message'])['message'] for entry in browser.get_log('performance'))
+    urls = [
+        e['params']['request']['url'] for e in events if e['method'] == 'Network.requestWillBeSent'
+    ]
+    assert [url for url in urls if not url.startswith(('data:', 'blob:'))] == [path.as_uri()]
 
 
 def test_curve_without_usable_points_is_drawn_empty(browser, run, tmp_path):
@@ -219,7 +257,7 @@ def test_curve_without_usable_points_is_drawn_empty(browser, run, tmp_path):
     path = tmp_path / 'report.html'
     write_report(path, 'empty', [('run', Estimate((curve,))), ('none', Estimate())])
     page = opened(browser, path)
-    assert len(traces(page)) == 2
+    assert [r['n'] for r in renderers(page)] == [3, 3]
     assert 'no onset, peak or jump found' in page.find_element(By.TAG_NAME, 'main').text
 
 
@@ -238,23 +276,23 @@ def test_refuses_a_folder_that_cannot_be(run, tmp_path):
         write_report(tmp_path / 'file' / 'report.html', 'no', [('run', run)])
 
 
-def test_missing_plotly_is_named(run, tmp_path, monkeypatch):
+def test_missing_bokeh_is_named(run, tmp_path, monkeypatch):
     whole = builtins.__import__
 
     def without(name, *rest):
-        if name.startswith('plotly'):
+        if name.startswith('bokeh'):
             raise ImportError(name)
         return whole(name, *rest)
 
     monkeypatch.setattr(builtins, '__import__', without)
-    with pytest.raises(InputError, match='pip install plotly'):
-        write_report(tmp_path / 'report.html', 'no plotly', [('run', run)])
+    with pytest.raises(InputError, match='pip install bokeh'):
+        write_report(tmp_path / 'report.html', 'no bokeh', [('run', run)])
     assert list(tmp_path.iterdir()) == []
 
 
 def test_event_table_for_the_terminal(run):
-    lines = event_table([('run', run)]).splitlines()
+    lines = events_table([('run', run)]).to_text().splitlines()
     assert lines[0] == 'Isolation onset (T = 1), peak and jumps'
     assert lines[3].split()[:2] == ['vertical', 'forward']
     assert len({len(line) for line in lines[1:3]}) == 1
-    assert event_table([('a', run), ('b', run)]).splitlines()[1].startswith('run')
+    assert events_table([('a', run), ('b', run)]).header[0] == 'run'

@@ -1,4 +1,4 @@
-"""What `qzs-rig frf` says: document, text, files."""
+"""What is said of a frequency response: document, tables, sheets, cautions; and its files."""
 
 from __future__ import annotations
 
@@ -9,14 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.compare.page import page
-from qzs_rig.compare.sections import header, table_section
-from qzs_rig.drawing import response_sheet
-from qzs_rig.drawing.interactive import section
-from qzs_rig.drawing.sheet import Sheet
-from qzs_rig.drawing.still import pictures
 from qzs_rig.files import write_new
+from qzs_rig.report.page import Part, footer, header
+from qzs_rig.report.response_sheet import response_sheet, rows
+from qzs_rig.report.sheet import Sheet
 from qzs_rig.report.table import Table
+from qzs_rig.report.write import pictures, write_page
 from qzs_rig.theory.balance.response import Branch, FrequencyResponse
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -70,33 +68,29 @@ def all_branches(found: FrequencyResponse, method: str = 'harmonic balance') -> 
         _title(found.oscillator),
         document,
         _tables(found),
-        [response_sheet.sheet(found)],
-        list(response_sheet.rows(found)),
+        [response_sheet(found)],
+        list(rows(found)),
         cautions,
     )
 
 
 def write(folder: Path, answer: Answer) -> list[Path]:
-    """`response.html`, `.csv`, `.svg`, `.png`."""
-    paths = [folder / 'response.html', folder / 'response.csv']
+    """`response.html`, `.csv`, and each sheet as `.svg` and `.png`."""
     facts = [(k, f'{v:.6g}') for k, v in answer.document['design'].items()]
-    body = [
-        header(answer.title, [], facts, []),
-        *(table_section(table) for table in answer.tables),
-        *(section(sheet) for sheet in answer.sheets),
-        '<footer><p>Nondimensional: frequency over sqrt(k1/m), motion over L20 or in rad, vertical '
-        'positive downward from the working point. Unstable motions are dashed. Drag to zoom, '
-        'double-click to return.</p></footer>\n',
+    parts: list[Part] = [
+        header(answer.title, facts),
+        *answer.tables,
+        *answer.sheets,
+        footer(
+            'Nondimensional: frequency over sqrt(k1/m), motion over L20 or in rad, vertical '
+            'positive downward from the working point. Unstable motions are dashed.'
+        ),
     ]
-    write_new(paths[0], page(answer.title, ''.join(body)).encode())
-    write_new(paths[1], ('\n'.join(answer.csv) + '\n').encode())
-    try:
-        paths += pictures(folder, answer.sheets)
-    except ImportError:
-        answer.cautions.append(
-            "figures as SVG and PNG need matplotlib; pip install 'qzs_rig[picture]'"
-        )
-    return paths
+    return [
+        write_page(folder / 'response.html', answer.title, parts),
+        write_new(folder / 'response.csv', '\n'.join(answer.csv) + '\n'),
+        *pictures(folder, answer.sheets),
+    ]
 
 
 def _who(own: Oscillator, omega: tuple[float, float]) -> dict[str, Any]:

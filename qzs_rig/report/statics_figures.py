@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
-from qzs_rig.datasheet.summary import Summary
-from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.report.datasheet import Summary
 from qzs_rig.report.names import dof_name
+from qzs_rig.report.sheet import PALE, Curve, Panel, Sheet, hue
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS, TRANSLATIONS
 
@@ -30,6 +31,22 @@ TRIM_KG = 40.0
 def sheets(found: Summary) -> list[Sheet]:
     """All figures."""
     return [_curves(found), _expansions(found), _initial_load(found), _capacity(found)]
+
+
+def curves(found: Summary) -> tuple[tuple[str, ...], list[list[Any]]]:
+    """Header and columns of `statics.csv`: force with static load, and stiffness, of the law in
+    every motion."""
+    along = {
+        dof: statics.curve(
+            found.law, found.design, dof, np.linspace(-SPANS[dof], SPANS[dof], POINTS)
+        )
+        for dof in DOFS
+    }
+    names = ('law', 'dof', 'x', 'force', 'stiffness')
+    columns = [[value for c in along.values() for value in getattr(c, name).tolist()]
+               for name in names[2:]]  # fmt: skip
+    dofs = [dof for dof in DOFS for _ in range(POINTS)]
+    return names, [[found.law.name] * len(dofs), dofs, *columns]
 
 
 def designs(found: Summary) -> list[Design]:
@@ -57,7 +74,7 @@ def _law_panel(found: Summary, k: int, dof: str, stiffness: bool) -> Panel:
     x, number = np.linspace(-SPANS[dof], SPANS[dof], POINTS), DOFS.index(dof)
     evaluate = found.law.stiffness if stiffness else found.law.force
     lines = tuple(
-        Line(_ratios(design), x, evaluate(design, _along(number, x))[:, number], style)
+        Curve(_ratios(design), x, evaluate(design, _along(number, x))[:, number], hue(style))
         for style, design in enumerate(designs(found))
     )
     y_label = 'stiffness / k1' if stiffness else _force_word(dof)
@@ -65,25 +82,14 @@ def _law_panel(found: Summary, k: int, dof: str, stiffness: bool) -> Panel:
 
 
 def _expansions(found: Summary) -> Sheet:
-    # the first is broad, so that the others show on it where they agree
-    strokes = {
-        'closed_form': 'broad',
-        'corrected': 'solid',
-        'taylor': 'dashed',
-        'printed': 'dotted',
-    }
     panels = []
     for number, dof in enumerate(DOFS):
         x = np.linspace(-NEAR_SPAN, NEAR_SPAN, POINTS)
         lines = tuple(
-            Line(
-                name.replace('_', ' '),
-                x,
-                RESTORING[name].force(found.design, _along(number, x))[:, number],
-                style,
-                stroke,
+            _law_curve(
+                name, style, x, RESTORING[name].force(found.design, _along(number, x))[:, number]
             )
-            for style, (name, stroke) in enumerate(strokes.items())
+            for style, name in enumerate(('closed_form', 'corrected', 'taylor', 'printed'))
         )
         title = f'({"abcd"[number]}) {dof_name(dof)}'
         panels.append(Panel(title, _motion_word(dof), _force_word(dof), lines))
@@ -112,8 +118,8 @@ def _initial_load(found: Summary) -> Sheet:
         _motion_word('vertical'),
         'force',
         (
-            *(Line(name, x, y, style) for style, (name, y) in enumerate(shares)),
-            Line('platform', x, total, 3, 'dashed'),
+            *(Curve(name, x, y, hue(style)) for style, (name, y) in enumerate(shares)),
+            Curve('platform', x, total, hue(3), 'dashed'),
         ),
     )
     return Sheet(
@@ -128,11 +134,11 @@ def _initial_load(found: Summary) -> Sheet:
 
 def _rest(found: Summary) -> Panel:
     kg = np.linspace(-TRIM_KG, TRIM_KG, 161)
-    lines, strokes = [], ('broad', 'solid', 'dashed')
+    lines = []
     for style, name in enumerate(('closed_form', 'taylor', 'symmetric')):
         load = kg / found.mass(1.0)
         rest = [statics.equilibrium(RESTORING[name], found.design, f) for f in load.tolist()]
-        lines.append(Line(name.replace('_', ' '), kg, np.array(rest), style, strokes[style]))
+        lines.append(_law_curve(name, style, kg, np.array(rest)))
     return Panel(
         '(b) where an unbalanced payload rests',
         'payload off balance, kg',
@@ -166,10 +172,18 @@ def _capacity(found: Summary) -> Sheet:
 def _capacity_panel(title: str, cases: Iterable[tuple[str, Design]]) -> Panel:
     x0 = np.linspace(-5.0, 5.0, POINTS)
     lines = tuple(
-        Line(label, x0, statics.load_capacity(design, x0), style)
+        Curve(label, x0, statics.load_capacity(design, x0), hue(style))
         for style, (label, design) in enumerate(cases)
     )
     return Panel(title, 'initial displacement x0 / L20', 'load / (k1 L20)', lines)
+
+
+def _law_curve(name: str, style: int, x: Array, y: Array) -> Curve:
+    """The first is broad and pale, so that the others show on it where they agree."""
+    words = name.replace('_', ' ')
+    if style == 0:
+        return Curve(words, x, y, PALE, width=4.0)
+    return Curve(words, x, y, hue(style), ('', 'solid', 'dashed', 'dotted')[style])
 
 
 def _with_own(own: float, others: Sequence[float]) -> list[float]:

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from qzs_rig.cli.frf_told import Answer
-from qzs_rig.drawing.sheet import Line, Panel, Sheet
 from qzs_rig.errors import InputError
+from qzs_rig.report.response_page import Answer
+from qzs_rig.report.sheet import Curve, Panel, Sheet, hue
 from qzs_rig.report.table import Table
 from qzs_rig.theory.balance.backbone import Backbone, backbone, phase_resonance
 from qzs_rig.theory.balance.jump_map import FoldCurve, jump_map
@@ -24,8 +24,8 @@ def with_backbone(answer: Answer, oscillator: Oscillator, low: float, high: floa
     lines, rows = [], []
     for name, curves in (('backbone', free), ('phase resonance', damped)):
         for k, curve in enumerate(curves):
-            style = 2 * k % 4 + (name != 'backbone')
-            lines.append(Line(f'{name} {k + 1}', curve.omega, curve.amplitude, style, 'solid'))
+            colour = hue(2 * k % 4 + (name != 'backbone'))
+            lines.append(Curve(f'{name} {k + 1}', curve.omega, curve.amplitude, colour))
             rows.append((f'{name} {k + 1}', *_ends(curve.omega), *_ends(curve.amplitude)))
     panel = Panel('motion in resonance', 'Ω', 'amplitude of w', tuple(lines), 'xy')
     sheet = Sheet(
@@ -34,7 +34,6 @@ def with_backbone(answer: Answer, oscillator: Oscillator, low: float, high: floa
         'Undamped free motion (the extended periodic motion of one degree of freedom), and damped '
         'motion that lags its drive by 90 degrees.',
         (panel,),
-        columns=1,
     )
     head = ('curve', 'omega from', 'to', 'amplitude from', 'to')
     return replace(
@@ -58,11 +57,9 @@ def with_jump_map(
     if not value > 0.0:
         raise InputError(f'--jump-map {parameter}: it is {value:g}; give a value above 0')
     curves = jump_map(oscillator, parameter, (value / 10, value * 3), *omega, progress=progress)
-    lines = tuple(
-        Line(f'folds {k + 1}', c.value, c.omega, k % 4, 'solid') for k, c in enumerate(curves)
-    )
+    lines = tuple(Curve(f'folds {k + 1}', c.value, c.omega, hue(k)) for k, c in enumerate(curves))
     panel = Panel('where motions jump', parameter, 'Ω of the fold', lines, 'xy')
-    sheet = Sheet('jump_map', 'Jump map', 'Folds of the frequency response.', (panel,), columns=1)
+    sheet = Sheet('jump_map', 'Jump map', 'Folds of the frequency response.', (panel,))
     rows = tuple(
         (f'folds {k + 1}', *_ends(np.sort(c.value)), *_ends(np.sort(c.omega)))
         for k, c in enumerate(curves)

@@ -10,7 +10,7 @@ body { margin: 0; background: var(--paper); color: var(--ink);
 main { max-width: 1180px; margin: 0 auto; padding: 28px 20px 40px; }
 h1 { font-size: 1.75rem; line-height: 1.2; margin: 0; overflow-wrap: anywhere; }
 h2 { font-size: 1.15rem; line-height: 1.3; margin: 0 0 6px; }
-h3 { font-size: 1rem; margin: 12px 0 4px; }
+h3 { font-size: .95rem; font-weight: 500; margin: 12px 0 0; }
 .runs { color: var(--quiet); margin: 4px 0 0; overflow-wrap: anywhere; }
 dl { display: flex; flex-wrap: wrap; gap: 12px 36px;
   margin: 18px 0 0; padding: 14px 0; border-block: 1px solid var(--line); }
@@ -31,11 +31,14 @@ tbody tr:last-child td { border-bottom: 0; }
 .number + td:not(.number), .number + th:not(.number) { padding-left: 12px; }
 .card ul { margin: 0 0 8px; padding: 0; list-style: none; color: var(--quiet); font-size: .92rem; }
 figure { margin: 0; }
+.panels { display: grid; gap: 4px 14px; align-items: start; }
+.panels > div { min-width: 0; }
 .plot { width: 100%; }
-.plot.tall { height: 760px; }
-.plot.low { height: 620px; }
 figcaption { display: flex; flex-wrap: wrap; gap: 2px 18px; font-size: .85rem;
-  color: var(--quiet); padding-left: 66px; }
+  color: var(--quiet); padding-left: 84px; }
+figcaption button { font: inherit; color: var(--ink); background: none; border: 0; padding: 2px 0;
+  cursor: pointer; text-align: left; overflow-wrap: anywhere; }
+figcaption button[aria-pressed=false] { opacity: .4; text-decoration: line-through; }
 details summary { cursor: pointer; }
 pre { overflow-x: auto; font-size: .82rem; background: var(--paper); padding: 10px;
   border-radius: 6px; }
@@ -48,8 +51,6 @@ footer p { margin: 0 0 6px; }
   dl { gap: 10px 26px; }
   table { font-size: .86rem; }
   th, td { padding-right: 11px; }
-  .plot.tall { height: 660px; }
-  .plot.low { height: 540px; }
   figcaption { padding-left: 0; }
 }
 @media print {
@@ -60,41 +61,50 @@ footer p { margin: 0 0 6px; }
   .scroll { overflow: visible; }
   table { font-size: 8.5pt; }
   th, td { white-space: normal; padding-right: 8px; }
-  nav, .modebar-container { display: none !important; }
+  nav { display: none !important; }
 }
 """
 
 BOOT = """
 (function () {
   'use strict';
-  var plots = Array.prototype.slice.call(document.querySelectorAll('.plot'));
-  var narrow = window.matchMedia('(max-width: 640px)').matches;
+  var drawing = JSON.parse(document.getElementById('drawing').textContent);
   var touch = window.matchMedia('(pointer: coarse)').matches;
-  plots.forEach(function (place) {
-    var drawing = JSON.parse(document.getElementById(place.dataset.figure).textContent);
-    var config = { responsive: true, displaylogo: false,
-      showSendToCloud: false, plotlyServerURL: '', topojsonURL: '-',
-      modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'],
-      toImageButtonOptions: { format: 'svg',
-        filename: place.dataset.name || 'transmissibility' } };
-    if (narrow) {
-      drawing.layout.font.size = 11;
-      drawing.layout.margin.l = 52;
-      drawing.layout.margin.r = 6;
-      config.displayModeBar = false;
-    }
-    // A finger on the curves scrolls the page.
-    if (touch) { drawing.layout.dragmode = false; }
-    window.Plotly.newPlot(place, drawing.data, drawing.layout, config).then(function () {
+  var places = Array.prototype.slice.call(document.querySelectorAll('.plot'));
+  window.Bokeh.logger.set_level('warn');
+  window.Bokeh.embed.embed_items(drawing.documents, drawing.items).then(function (found) {
+    found[0].roots.forEach(function (view) {
+      var place = document.getElementById(drawing.items[0].roots[view.model.id]);
+      if (!place) { return; }
+      place.plot = view.model;
+      // A finger on the curves scrolls the page.
+      if (touch) {
+        place.plot.toolbar.tools.forEach(function (tool) {
+          if (tool.type === 'BoxZoomTool') { tool.active = false; }
+        });
+      }
+      place.addEventListener('dblclick', function () { place.plot.reset.emit(); });
       place.dataset.ready = 'yes';
     });
   });
-  function widths(width) {
-    plots.forEach(function (place) {
-      window.Plotly.relayout(place, width ? { width: width } : { width: null, autosize: true });
+  document.querySelectorAll('button[data-label]').forEach(function (button) {
+    button.addEventListener('click', function () {
+      var shown = button.getAttribute('aria-pressed') !== 'true';
+      button.setAttribute('aria-pressed', String(shown));
+      button.closest('.keyed').querySelectorAll('.plot').forEach(function (place) {
+        place.plot.renderers.forEach(function (renderer) {
+          if (renderer.name === button.dataset.label) { renderer.visible = shown; }
+        });
+      });
     });
-  }
-  window.addEventListener('beforeprint', function () { widths(680); });
-  window.addEventListener('afterprint', function () { widths(0); });
+  });
+  window.addEventListener('beforeprint', function () {
+    places.forEach(function (place) {
+      place.style.zoom = Math.min(1, 680 / place.getBoundingClientRect().width);
+    });
+  });
+  window.addEventListener('afterprint', function () {
+    places.forEach(function (place) { place.style.zoom = ''; });
+  });
 }());
 """
