@@ -16,7 +16,7 @@ from qzs_rig.parameters import RunSpec
 from qzs_rig.report import resonance, response_page
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
-from qzs_rig.theory.coupled.response import coupled_response
+from qzs_rig.theory.coupled.coupled_response import coupled_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS, TRANSLATIONS
 

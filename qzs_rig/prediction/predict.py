@@ -1,16 +1,29 @@
-"""What theory says of a run, before it begins."""
+"""What theory says of a run, before it begins: every branch, in the rig's units."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
 
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
-from qzs_rig.prediction import balance, one_term
-from qzs_rig.prediction.curve import Prediction
+from qzs_rig.prediction import curve, one_term
+from qzs_rig.prediction.curve import Branch, Prediction
 from qzs_rig.prediction.scale import Scale
+from qzs_rig.samples import Array
+from qzs_rig.theory.balance import response
+from qzs_rig.theory.balance.response import Event, FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
+
+METHOD, LABEL = 'harmonic_balance', 'theory, harmonic balance'
+FINER = 6
+"""Points drawn for one that was computed: a continued path is smooth in its length."""
+MOMENTS = 256
+"""Times a period at which the stroke is looked for; it is missed by less than 1e-4 of itself."""
 
 
 def predict(spec: RunSpec) -> tuple[Prediction, ...]:
@@ -30,6 +43,147 @@ def predict(spec: RunSpec) -> tuple[Prediction, ...]:
 def _predict(spec: RunSpec, platform: Platform, scale: Scale) -> Prediction:
     k = DOFS.index(scale.dof)
     oscillator = Oscillator.of(spec, scale.dof, scale.amplitude, scale.falloff)
-    found = balance.predict(scale, oscillator, platform.rest[k])
+    found = by_harmonic_balance(scale, oscillator, platform.rest[k])
     found = found or one_term.predict(scale, *platform.cubic[k], platform.zeta[k])
     return replace(found, label=f'{found.label}, uncoupled') if platform.coupled else found
+
+
+def by_harmonic_balance(scale: Scale, oscillator: Oscillator, rest: float) -> Prediction | None:
+    """The branches of `oscillator`, which rests at ŵ = `rest`, that reach an end of the range of
+    `scale`; None where no steady motion was found."""
+    # a run waits for this, and isolated branches can take minutes to look for
+    omega = scale.omega(scale.low_hz), scale.omega(scale.high_hz)
+    found = frequency_response(oscillator, *omega, isolas=False)
+    branches = [
+        piece
+        for number, branch in enumerate(found.branches)
+        for piece in _pieces(_path(branch, _folds(found, number), rest), scale)
+    ]
+    if not branches:
+        return None
+    known = curve.named(branches)
+    return Prediction(
+        scale.dof,
+        LABEL,
+        METHOD,
+        known,
+        curve.folds(known, scale.low_hz, scale.high_hz),
+        tuple(omega * scale.hertz for omega in found.onset_omega),
+    )
+
+
+@dataclass(frozen=True)
+class _Path:
+    """Columns (n,) in the order of the path: ln Ω, u/v of the fundamentals, stroke; `folds` are
+    places among them."""
+
+    log_omega: Array
+    ratio: NDArray[np.complex128]
+    stroke: Array
+    stable: NDArray[np.bool_]
+    folds: tuple[int, ...]
+
+
+def _folds(found: FrequencyResponse, number: int) -> list[Event]:
+    return [event for event in found.folds if event.branch == number]
+
+
+def _path(branch: response.Branch, folds: list[Event], rest: float) -> _Path:
+    """The branch with its folds put in where the frequency turns."""
+    # the end of the range may be there twice, but for its last bit
+    moved = np.abs(np.diff(branch.omega, prepend=0.0)) > 1e-12 * branch.omega
+    omega, stable = branch.omega[moved], branch.stable[moved]
+    columns = [omega, branch.T[moved], np.radians(branch.phase_deg[moved])]
+    columns.append(_stroke(branch.coefficients[moved], rest))
+    rising = np.diff(omega) > 0
+    turns = (np.flatnonzero(rising[:-1] != rising[1:]) + 1).tolist()
+    if len(turns) != len(folds):  # one could not be located: the turning point stands for it
+        return _as_path(columns, stable, turns)
+    places = [k if abs(omega[k - 1] - fold.omega) < abs(omega[k + 1] - fold.omega) else k + 1
+              for k, fold in zip(turns, folds, strict=True)]  # fmt: skip
+    for column, values in zip(
+        range(4),
+        (
+            [fold.omega for fold in folds],
+            [fold.T for fold in folds],
+            [np.radians(fold.phase_deg) for fold in folds],
+            [float(_stroke(fold.coefficients[None], rest)[0]) for fold in folds],
+        ),
+        strict=True,
+    ):
+        columns[column] = np.insert(columns[column], places, values)
+    stable = np.insert(stable, places, False)
+    return _as_path(columns, stable, [place + k for k, place in enumerate(places)])
+
+
+def _as_path(columns: list[Array], stable: NDArray[np.bool_], folds: list[int]) -> _Path:
+    omega, T, phase, stroke = columns
+    return _Path(np.log(omega), T * np.exp(1j * phase), stroke, stable, tuple(folds))
+
+
+def _stroke(coefficients: Array, rest: float) -> Array:
+    """Largest |ŵ - rest| of a period, (n,), from (n, 2H + 1)."""
+    orders = np.arange(1, (coefficients.shape[1] + 1) // 2)
+    angle = 2 * np.pi * np.outer(orders, np.arange(MOMENTS)) / MOMENTS
+    wave = coefficients[:, 1::2] @ np.cos(angle) + coefficients[:, 2::2] @ np.sin(angle)
+    return np.asarray(np.abs(wave + coefficients[:, :1] - rest).max(axis=1))
+
+
+def _pieces(path: _Path, scale: Scale) -> list[Branch]:
+    """The path cut at its folds, made finer by a spline along its length."""
+    last = len(path.stroke) - 1
+    along = np.concatenate([[0.0], np.cumsum(_lengths(path))])
+    return [
+        _piece(path, along, first, end, scale)
+        for first, end in pairwise([0, *path.folds, last])
+        if abs(path.log_omega[end] - path.log_omega[first]) > curve.EDGE
+    ]
+
+
+def _lengths(path: _Path) -> Array:
+    steps = [np.diff(path.log_omega), np.abs(np.diff(np.log(path.ratio)))]
+    return np.asarray(np.maximum(np.hypot(*steps), 1e-12))
+
+
+def _piece(path: _Path, along: Array, first: int, end: int, scale: Scale) -> Branch:
+    s = _finer(along[first : end + 1])
+    f = np.exp(_spline(along, path.log_omega, s))
+    edge = np.exp(path.log_omega[[first, end]])
+    f = np.clip(f, edge.min(), edge.max())  # a spline may swing beyond the fold it ends in
+    f = np.maximum.accumulate(f if edge[1] > edge[0] else f[::-1])
+    way = slice(None, None, 1 if edge[1] > edge[0] else -1)
+    ratio = (_spline(along, path.ratio.real, s) + 1j * _spline(along, path.ratio.imag, s))[way]
+    phase = np.degrees(np.angle(ratio))
+    steady = path.stable[first : end + 1].copy()
+    # a fold is as stable as what it ends
+    steady[0] = steady[1] if first in path.folds else steady[0]
+    steady[-1] = steady[-2] if end in path.folds else steady[-1]
+    both = np.repeat(steady[:-1] & steady[1:], FINER)
+    stable = np.append(both, steady[-1]) & np.insert(both, 0, steady[0])
+    return Branch(
+        '',
+        f * scale.hertz,
+        np.abs(ratio),
+        np.where(phase > -180.0, phase, 180.0),
+        scale.length * _spline(along, path.stroke, s)[way],
+        stable[way],
+    )
+
+
+def _finer(along: Array) -> Array:
+    inner = along[:-1, None] + np.diff(along)[:, None] * np.arange(FINER) / FINER
+    return np.append(inner.ravel(), along[-1])
+
+
+def _spline(x: Array, y: Array, at: Array) -> Array:
+    """Cubic Hermite through (x, y), both (n,), the slopes those of parabolas through three."""
+    slope = np.asarray(np.gradient(y, x))
+    k = np.clip(np.searchsorted(x, at, side='right') - 1, 0, len(x) - 2)
+    h = x[k + 1] - x[k]
+    t = (at - x[k]) / h
+    return np.asarray(
+        (1 + 2 * t) * (1 - t) ** 2 * y[k]
+        + t * (1 - t) ** 2 * h * slope[k]
+        + t**2 * (3 - 2 * t) * y[k + 1]
+        + t**2 * (t - 1) * h * slope[k + 1]
+    )

@@ -12,8 +12,8 @@ from qzs_rig.report.response_page import Answer
 from qzs_rig.report.sheet import Curve, Panel, Sheet, hue
 from qzs_rig.report.table import Table
 from qzs_rig.theory.balance.backbone import Backbone, backbone, phase_resonance
-from qzs_rig.theory.balance.jump_map import FoldCurve, jump_map
-from qzs_rig.theory.balance.unknowns import value_of
+from qzs_rig.theory.balance.harmonic_balance import value_of
+from qzs_rig.theory.balance.variation import FoldCurve, jump_map
 from qzs_rig.theory.oscillator import Oscillator
 
 

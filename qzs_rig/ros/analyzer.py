@@ -14,8 +14,7 @@ from qzs_rig import files, wire
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.parameters import dofs_of
 from qzs_rig.parameters import Parameter
-from qzs_rig.prediction.curve import Prediction
-from qzs_rig.prediction.document import from_document
+from qzs_rig.prediction.curve import Prediction, from_document
 from qzs_rig.ros import qos
 from qzs_rig.ros.follower import Follower
 from qzs_rig.ros.leaving import leave

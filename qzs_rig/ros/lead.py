@@ -21,8 +21,7 @@ from std_srvs.srv import Trigger
 from qzs_rig import scenario, wire
 from qzs_rig.errors import InputError, PeerError, RigError
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.prediction.curve import Prediction
-from qzs_rig.prediction.document import to_document
+from qzs_rig.prediction.curve import Prediction, to_document
 from qzs_rig.prediction.predict import predict
 from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.node import REPEAT_S, RigNode

@@ -10,7 +10,7 @@ from typing import Any
 
 from qzs_rig import files
 from qzs_rig.estimation.estimate import Estimate
-from qzs_rig.prediction import document, labels
+from qzs_rig.prediction import curve, labels
 from qzs_rig.prediction.curve import Prediction
 
 ROOT = 'runs'
@@ -50,7 +50,7 @@ def keep_theory(
     folder: Path, run_id: str, predictions: Sequence[Prediction], estimate: Estimate
 ) -> None:
     """`theory.json`, and `match.json`: on which branch of it every measured point lies."""
-    theory = document.to_document(run_id, predictions)
+    theory = curve.to_document(run_id, predictions)
     match = labels.to_document(run_id, labels.label_all(estimate, predictions))
     for name, content in (('theory.json', theory), ('match.json', match)):
         files.write_new(folder / name, json.dumps(content, allow_nan=False) + '\n')
@@ -61,4 +61,4 @@ def theory_in(folder: Path) -> tuple[Prediction, ...] | None:
     path = folder / 'theory.json'
     if not path.is_file():
         return None
-    return document.from_document(json.loads(path.read_text(encoding='utf-8')))
+    return curve.from_document(json.loads(path.read_text(encoding='utf-8')))

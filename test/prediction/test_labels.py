@@ -11,7 +11,7 @@ import pytest
 
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Curve, Estimate
-from qzs_rig.prediction import document, labels, one_term
+from qzs_rig.prediction import curve, labels, one_term
 from qzs_rig.prediction.scale import Scale
 from qzs_rig.run import runfolder
 
@@ -88,10 +88,10 @@ def test_a_phase_across_180_degrees_is_interpolated_the_short_way():
 
 
 def test_documents_survive_the_round_trip(tmp_path):
-    told = json.loads(json.dumps(document.to_document('id', [THEORY]), allow_nan=False))
+    told = json.loads(json.dumps(curve.to_document('id', [THEORY]), allow_nan=False))
     assert (told['schema'], told['run_id']) == ('qzs_rig/theory/1', 'id')
     assert told['predictions'][0]['stroke_unit'] == 'm'
-    (again,) = document.from_document(told)
+    (again,) = curve.from_document(told)
     assert again.folds == THEORY.folds and again.onset_hz == THEORY.onset_hz
     for mine, theirs in zip(THEORY.branches, again.branches, strict=True):
         for name, value in vars(mine).items():
@@ -100,8 +100,8 @@ def test_documents_survive_the_round_trip(tmp_path):
 
 def test_a_fold_that_leads_nowhere_known_survives_too():
     lost = replace(THEORY.folds[0], lands='', stroke=(1.0, math.nan))
-    (again,) = document.from_document(
-        json.loads(json.dumps(document.to_document('', [replace(THEORY, folds=(lost,))])))
+    (again,) = curve.from_document(
+        json.loads(json.dumps(curve.to_document('', [replace(THEORY, folds=(lost,))])))
     )
     assert math.isnan(again.folds[0].stroke[1]) and again.folds[0].lands == ''
 
@@ -111,14 +111,14 @@ def test_a_fold_that_leads_nowhere_known_survives_too():
     [
         ([], "not a theory: schema is 'list'"),
         ({'schema': 'other'}, "schema is 'other', expected 'qzs_rig/theory/1'"),
-        ({'schema': document.SCHEMA}, 'damaged theory: KeyError'),
-        ({'schema': document.SCHEMA, 'predictions': [{'dof': 'x'}]}, 'damaged theory'),
-        ({'schema': document.SCHEMA, 'predictions': 3}, 'damaged theory'),
+        ({'schema': curve.SCHEMA}, 'damaged theory: KeyError'),
+        ({'schema': curve.SCHEMA, 'predictions': [{'dof': 'x'}]}, 'damaged theory'),
+        ({'schema': curve.SCHEMA, 'predictions': 3}, 'damaged theory'),
     ],
 )
 def test_refuses_what_is_no_theory(told, message):
     with pytest.raises(InputError, match=message):
-        document.from_document(told)
+        curve.from_document(told)
 
 
 def test_a_run_keeps_its_theory_and_where_its_points_lie(tmp_path):

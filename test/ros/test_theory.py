@@ -9,7 +9,7 @@ from ros_support import SHORT, Lab, document, given, kept, without_ros
 
 from qzs_rig import scenario, wire
 from qzs_rig.cli.run import Recorder, sheet_of
-from qzs_rig.prediction.document import to_document
+from qzs_rig.prediction.curve import to_document
 from qzs_rig.prediction.predict import predict
 from qzs_rig.run import in_process
 

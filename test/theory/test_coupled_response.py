@@ -14,10 +14,9 @@ from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.integrator import base_rows, body
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.response import frequency_response
-from qzs_rig.theory.coupled.balance import CoupledBalance
-from qzs_rig.theory.coupled.floquet import multipliers
-from qzs_rig.theory.coupled.plant import Plate
-from qzs_rig.theory.coupled.response import coupled_response
+from qzs_rig.theory.coupled.coupled_response import coupled_response
+from qzs_rig.theory.coupled.plate import CoupledBalance, Plate
+from qzs_rig.theory.coupled.plate_stability import multipliers
 from qzs_rig.theory.oscillator import Oscillator
 
 DOFS = ('vertical', 'horizontal', 'vertical_rotation', 'horizontal_rotation')

@@ -10,15 +10,13 @@ from theory_motions import DUFFING, cubic, integrated, state
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.theory.balance import continuation
-from qzs_rig.theory.balance.basis import Basis, resized
-from qzs_rig.theory.balance.continuation import Steps
-from qzs_rig.theory.balance.describing import describing, motions
-from qzs_rig.theory.balance.floquet import determinants, floquet
-from qzs_rig.theory.balance.follow import Task, follow, refined
-from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady
-from qzs_rig.theory.balance.root import root
-from qzs_rig.theory.balance.symmetry import lopsided, mirrored, symmetric
-from qzs_rig.theory.balance.unknowns import PARAMETERS, Unknowns
+from qzs_rig.theory.balance.basis import Basis, lopsided, mirrored, resized, symmetric
+from qzs_rig.theory.balance.branch import Task, follow, refined
+from qzs_rig.theory.balance.continuation import Point, Steps
+from qzs_rig.theory.balance.events import zero_between
+from qzs_rig.theory.balance.harmonic_balance import PARAMETERS, HarmonicBalance, Unknowns, steady
+from qzs_rig.theory.balance.initial_guesses import describing, motions
+from qzs_rig.theory.balance.stability import determinants, floquet
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import single_term
 
@@ -176,17 +174,22 @@ def test_a_path_that_ends_says_why():
     assert short.reason == '3 points'
 
 
-@pytest.mark.parametrize(
-    ('function', 'zero'),
-    [(lambda s: s - 0.3, 0.3), (lambda s: math.exp(s) - 1.5, math.log(1.5)), (lambda s: s, 0.0)],
-)
-def test_root(function, zero):
-    assert root(function) == pytest.approx(zero, abs=1e-11)
+def test_a_zero_between_two_points():
+    class Parabola:
+        def linearised(self, x, p):
+            gap = np.array([p - x[0] ** 2 if p < 2.0 else math.nan])
+            return gap, np.array([[-2 * x[0]]]), np.array([1.0])
 
+    def point(x):
+        return Point(np.array([x]), x * x, np.zeros(2), 1.0)
 
-def test_no_root():
-    assert root(lambda s: 1.0 + s) is None
-    assert root(lambda s: math.nan if 0 < s < 1 else s - 0.5) is None
+    equations = Parabola()
+    fold = zero_between(equations, point(-0.4), point(0.7), lambda q: q.tangent[-1])
+    assert fold.p == pytest.approx(0.0, abs=1e-12)
+    third = zero_between(equations, point(0.2), point(0.7), lambda q: q.x[0] - 1 / 3)
+    assert third.x[0] == pytest.approx(1 / 3, abs=1e-12)
+    assert zero_between(equations, point(0.2), point(0.7), lambda q: 1.0 + q.x[0]) is None
+    assert zero_between(equations, point(1.3), point(1.6), lambda q: q.x[0] - 1.5) is None
 
 
 def test_resized():

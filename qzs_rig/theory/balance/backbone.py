@@ -18,8 +18,8 @@ from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
 from qzs_rig.theory.balance.continuation import Path, Point, Steps
-from qzs_rig.theory.balance.describing import describing
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.balance.initial_guesses import describing
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 

@@ -7,19 +7,21 @@ of a smooth function of the place on the chord, in so many harmonics that more d
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.continuation import Point
-from qzs_rig.theory.balance.floquet import determinants
-from qzs_rig.theory.balance.harmonic_balance import transmissibility
-from qzs_rig.theory.balance.root import root
-from qzs_rig.theory.balance.unknowns import Unknowns
+from qzs_rig.theory.balance.continuation import Equations, Point
+from qzs_rig.theory.balance.harmonic_balance import Unknowns, transmissibility
+from qzs_rig.theory.balance.stability import determinants
+
+Found = TypeVar('Found')
 
 ENOUGH = 1e-11
 """Relative change of an event's frequency by more harmonics that ends the search."""
@@ -50,6 +52,48 @@ class Located:
 
 Zero = Callable[[Unknowns, Point], float]
 """Function of a point that is 0 at the event."""
+
+
+def turns(values: Array) -> NDArray[np.intp]:
+    """Places (k,) inside `values` (n,) where they turn back."""
+    rising = np.diff(values) > 0
+    return np.flatnonzero(rising[:-1] != rising[1:]) + 1
+
+
+def falls(omega: Array, T: Array, stable: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Places (k,) after which T of stable motion falls below 1 as the frequency rises."""
+    above, rising = T > 1.0, np.diff(omega) > 0
+    down = np.where(rising, above[:-1] & ~above[1:], ~above[:-1] & above[1:])
+    return np.flatnonzero(down & stable[:-1] & stable[1:])
+
+
+def folds(values: Array, at: Callable[[int], Found | None]) -> Iterator[tuple[int, Found]]:
+    """Every fold of a path over `values` (n,) and its place; `at(k)` locates one between the
+    points k and k + 1."""
+    for k in turns(values).tolist():
+        located = at(k - 1)
+        place, located = (k - 1, located) if located is not None else (k, at(k))
+        if located is not None:
+            yield place, located
+
+
+def zero_between(
+    equations: Equations, here: Point, ahead: Point, function: Callable[[Point], float]
+) -> Point | None:
+    """The point of a path between two of its points where `function` is 0; None where it does not
+    change sign, or Newton does not converge on the way."""
+    from scipy.optimize import brentq
+
+    known: dict[float, Point | None] = {}
+
+    def value(share: float) -> float:
+        point = known[share] = continuation.between(equations, here, ahead, share)
+        return math.nan if point is None else function(point)
+
+    try:
+        return known[brentq(value, 0.0, 1.0, xtol=1e-13)]
+    except ValueError:  # brentq's word for both
+        return None
 
 
 def turning(unknowns: Unknowns, point: Point) -> float:
@@ -92,15 +136,7 @@ def _located(stretch: Stretch, zero: Zero, harmonics: int) -> Located | None:
     here, ahead = (
         Point(x, math.log(value), blank, size) for x, value in zip(own, stretch.values, strict=True)
     )
-
-    def value(share: float) -> float:
-        point = continuation.between(equations, here, ahead, share)
-        if point is None:
-            return math.nan
-        return zero(equations, point)
-
-    share = root(value)
-    point = None if share is None else continuation.between(equations, here, ahead, share)
+    point = zero_between(equations, here, ahead, lambda point: zero(equations, point))
     if point is None:
         return None
     return Located(math.exp(point.p), resized(equations.full(point.x), harmonics), math.inf)

@@ -17,20 +17,21 @@ from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import search
 from qzs_rig.theory.balance.basis import harmonics_of, resized
+from qzs_rig.theory.balance.branch import Followed
 from qzs_rig.theory.balance.events import (
     Located,
     Stretch,
     Zero,
     crossing,
     doubling,
+    falls,
+    folds,
     locate,
     turning,
 )
-from qzs_rig.theory.balance.floquet import Floquet, floquet
-from qzs_rig.theory.balance.follow import Followed
-from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, transmissibility
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, Unknowns, transmissibility
 from qzs_rig.theory.balance.one_thread import one_thread
-from qzs_rig.theory.balance.unknowns import Unknowns
+from qzs_rig.theory.balance.stability import Floquet, floquet
 from qzs_rig.theory.oscillator import Oscillator
 
 Progress = Callable[[float, str], None]
@@ -211,14 +212,8 @@ def _defect(oscillator: Oscillator, path: Followed) -> float:
 
 def _events(oscillator: Oscillator, number: int, branch: Branch, floquets: Floquet) -> list[Event]:
     found: list[tuple[int, Event]] = []
-    rising = np.diff(branch.omega) > 0
-    turns = np.flatnonzero(rising[:-1] != rising[1:]) + 1
-    for k in turns:
-        for place in (k - 1, k):
-            located = _at(oscillator, branch, int(place), turning)
-            if located is not None:
-                found.append((int(place), _event(oscillator, 'fold', number, located)))
-                break
+    for place, at in folds(branch.omega, lambda k: _at(oscillator, branch, k, turning)):
+        found.append((place, _event(oscillator, 'fold', number, at)))
     kind = 'symmetry_breaking' if branch.symmetric else 'period_doubling'
     other = floquets.other
     for k in np.flatnonzero((other[:-1] > 0) != (other[1:] > 0)):
@@ -229,10 +224,7 @@ def _events(oscillator: Oscillator, number: int, branch: Branch, floquets: Floqu
 
 
 def _onsets(oscillator: Oscillator, branch: Branch) -> list[float]:
-    above = branch.T > 1.0
-    rising = np.diff(branch.omega) > 0
-    down = np.where(rising, above[:-1] & ~above[1:], ~above[:-1] & above[1:])
-    places = np.flatnonzero(down & branch.stable[:-1] & branch.stable[1:])
+    places = falls(branch.omega, branch.T, branch.stable)
     located = (_at(oscillator, branch, int(k), crossing) for k in places)
     return [place.omega for place in located if place is not None]
 

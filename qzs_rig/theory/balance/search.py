@@ -11,15 +11,12 @@ import numpy as np
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
-from qzs_rig.theory.balance.basis import Basis, harmonics_of, resized
-from qzs_rig.theory.balance.describing import describing
+from qzs_rig.theory.balance.basis import Basis, harmonics_of, lopsided, resized, symmetric
+from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
 from qzs_rig.theory.balance.events import Located, Stretch, doubling, locate
-from qzs_rig.theory.balance.floquet import floquet
-from qzs_rig.theory.balance.follow import Followed, Task, follow, refined
-from qzs_rig.theory.balance.harmonic_balance import tangent
-from qzs_rig.theory.balance.seeds import is_known, kicked, one_term
-from qzs_rig.theory.balance.symmetry import lopsided, symmetric
-from qzs_rig.theory.balance.unknowns import Unknowns
+from qzs_rig.theory.balance.harmonic_balance import Unknowns, tangent
+from qzs_rig.theory.balance.initial_guesses import describing, is_known, kicked, one_term
+from qzs_rig.theory.balance.stability import floquet
 from qzs_rig.theory.oscillator import Oscillator
 
 BETWEEN = 24

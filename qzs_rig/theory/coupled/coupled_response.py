@@ -17,8 +17,10 @@ from itertools import pairwise
 import numpy as np
 
 from qzs_rig.mechanics.geometric.geometry import Geometry
+from qzs_rig.theory.balance import events as read_off
 from qzs_rig.theory.balance.basis import harmonics_of, resized
 from qzs_rig.theory.balance.continuation import Point
+from qzs_rig.theory.balance.harmonic_balance import Unknowns
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.response import (
     Branch,
@@ -27,13 +29,10 @@ from qzs_rig.theory.balance.response import (
     Progress,
     frequency_response,
 )
-from qzs_rig.theory.balance.unknowns import Unknowns
-from qzs_rig.theory.coupled import events as coupled_events
-from qzs_rig.theory.coupled.balance import CoupledBalance
-from qzs_rig.theory.coupled.events import Pair, Whole
-from qzs_rig.theory.coupled.floquet import multipliers
-from qzs_rig.theory.coupled.follow import Track, tracks
-from qzs_rig.theory.coupled.plant import COORDINATES, Plate
+from qzs_rig.theory.coupled import plate_stability
+from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance, Plate
+from qzs_rig.theory.coupled.plate_branch import Track, tracks
+from qzs_rig.theory.coupled.plate_stability import Pair, Whole, multipliers
 from qzs_rig.theory.oscillator import Oscillator
 
 
@@ -65,11 +64,16 @@ def coupled_response(
     if oscillator.dof == 'vertical':
         return _on_its_axis(alone, own, tell)
     found = tracks(own, alone, harmonics)
-    branches, events = [], []
+    branches, events, onsets = [], [], []
     for number, track in enumerate(found):
         branch, pairs = _branch(track, low, high, partial(_tell, tell, number, len(found)))
         branches.append(branch)
         events += _events(branch, pairs, number)
+        onsets += [
+            at.omega
+            for k in read_off.falls(branch.omega, branch.T, branch.stable)
+            if (at := plate_stability.onset(pairs[k], number)) is not None
+        ]
     early = {reason for track in found for reason in track.reasons} - {'range', 'closed'}
     return FrequencyResponse(
         oscillator,
@@ -77,7 +81,7 @@ def coupled_response(
         high,
         tuple(branches),
         tuple(events),
-        tuple(sorted(w for branch in branches for w in _onsets(branch))),
+        tuple(sorted(onsets)),
         '; '.join(sorted(early)) or (None if found else 'no steady motion was found'),
     )
 
@@ -173,30 +177,14 @@ def _branch(
 
 def _events(branch: Branch, pairs: list[Pair], number: int, folds: bool = True) -> list[Event]:
     found: list[tuple[int, Event]] = []
-    rising = np.diff(branch.omega) > 0
-    turns = np.flatnonzero(rising[:-1] != rising[1:]) + 1
-    for k in turns if folds else ():
-        located = coupled_events.fold(pairs[k - 1], number) or coupled_events.fold(pairs[k], number)
-        if located is not None:
-            found.append((int(k), located))
-    near = {int(k) + side for k in turns for side in (-1, 0)}
+    if folds:
+        found += read_off.folds(branch.omega, lambda k: plate_stability.fold(pairs[k], number))
+    near = {int(k) + side for k in read_off.turns(branch.omega) for side in (-1, 0)}
     for k in np.flatnonzero(branch.stable[:-1] != branch.stable[1:]):
-        located = None if int(k) in near else coupled_events.loss(pairs[k], number)
+        located = None if int(k) in near else plate_stability.loss(pairs[k], number)
         if located is not None:
             found.append((int(k), located))
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
-
-
-def _onsets(branch: Branch) -> list[float]:
-    """Where T of stable motion falls below 1, by interpolation."""
-    above, rising = branch.T > 1.0, np.diff(branch.omega) > 0
-    down = np.where(rising, above[:-1] & ~above[1:], ~above[:-1] & above[1:])
-    found = []
-    for k in np.flatnonzero(down & branch.stable[:-1] & branch.stable[1:]):
-        level, place = np.log(branch.T[k : k + 2]), np.log(branch.omega[k : k + 2])
-        share = level[0] / (level[0] - level[1])
-        found.append(float(np.exp(place[0] + share * (place[1] - place[0]))))
-    return found
 
 
 def _is_stable(branch: Branch, omega: float) -> bool:

@@ -7,9 +7,9 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.mechanics.platform import Platform
-from qzs_rig.prediction import balance, one_term
+from qzs_rig.prediction import one_term
 from qzs_rig.prediction.labels import label_all
-from qzs_rig.prediction.predict import predict
+from qzs_rig.prediction.predict import by_harmonic_balance, predict
 from qzs_rig.prediction.scale import Scale
 from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
@@ -77,7 +77,7 @@ def test_a_small_motion_of_an_odd_law_is_one_term():
         given = {'platform.law': 'symmetric', 'platform.zeta': 0.1, 'platform.k3_hat': 0.5}
         given |= {'excitation.amplitude.vertical': amplitude}
         _, platform, scale, oscillator = parts(given)
-        (exact,) = balance.predict(scale, oscillator, 0.0).branches
+        (exact,) = by_harmonic_balance(scale, oscillator, 0.0).branches
         (rough,) = one_term.predict(scale, *platform.cubic[0], platform.zeta[0]).branches
         f = np.geomspace(1.0, 4.0, 50)
         T = [np.interp(f, b.frequency_hz, b.transmissibility) for b in (exact, rough)]
@@ -134,7 +134,7 @@ def test_one_term_steps_in_where_nothing_is_found(monkeypatch):
     def nothing(oscillator, low, high, isolas):
         return FrequencyResponse(oscillator, low, high, (), (), (), 'nothing')
 
-    monkeypatch.setattr(balance, 'frequency_response', nothing)
+    monkeypatch.setattr('qzs_rig.prediction.predict.frequency_response', nothing)
     (prediction,) = predict(scenario.of(LOUD))
     assert (prediction.method, prediction.label) == ('single_term', 'theory, one harmonic')
 

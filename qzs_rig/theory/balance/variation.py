@@ -1,4 +1,5 @@
-"""Where folds lie while amplitude or damping varies: the map of jumps.
+"""Steady motions at one frequency, and folds over all, while amplitude, damping or a ratio of the
+design varies.
 
 A fold is a motion x with a disturbance φ that its balance does not feel, R(x, Ω) = 0 and
 R_x φ = 0; both are followed over the second parameter, round the cusps where folds meet (Krack
@@ -9,23 +10,127 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import continuation
-from qzs_rig.theory.balance.basis import harmonics_of
+from qzs_rig.theory.balance import continuation, initial_guesses
+from qzs_rig.theory.balance.basis import harmonics_of, lopsided, symmetric
+from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
 from qzs_rig.theory.balance.continuation import Path, Point, Steps
-from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.balance.events import Located, Stretch, folds, locate, turning
+from qzs_rig.theory.balance.harmonic_balance import (
+    PARAMETERS,
+    HarmonicBalance,
+    transmissibility,
+    with_value,
+)
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.response import Event, frequency_response
-from qzs_rig.theory.balance.unknowns import PARAMETERS, with_value
+from qzs_rig.theory.balance.stability import floquet
 from qzs_rig.theory.oscillator import Oscillator
 
 LEVELS = 5
 """Values of the parameter at which folds are looked for."""
+
+
+@dataclass(frozen=True)
+class VariedBranch:
+    """Motions along a path over `value` (n,) of the parameter; the rest as in response.Branch."""
+
+    value: Array
+    T: Array
+    amplitude: Array
+    phase_deg: Array
+    stable: NDArray[np.bool_]
+    coefficients: Array
+    reasons: tuple[str, str]
+    folds: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class VariedResponse:
+    """All branches at `omega` over `parameter` that reach one of its bounds."""
+
+    oscillator: Oscillator
+    parameter: str
+    omega: float
+    branches: tuple[VariedBranch, ...]
+
+
+@one_thread
+def varied_response(
+    oscillator: Oscillator, omega: float, parameter: str, low: float, high: float
+) -> VariedResponse:
+    """Motions at `omega` for `parameter` (one of PARAMETERS but omega) within [low, high].
+
+    Raises InputError for another parameter, and for a range that does not rise from above 0.
+    """
+    _check(parameter, low, high)
+    found: list[tuple[Followed, Task]] = []
+    for value in (high, low):
+        at = with_value(oscillator, parameter, value)
+        for _, x in initial_guesses.one_term(at, np.array([omega])):
+            task = Task(at, omega, x, low, high, parameter=parameter)
+            start = refined(task)
+            if start is None or any(_reaches(path, value, start) for path, _ in found):
+                continue
+            odd = symmetric(at) and lopsided(start) < 1e-6
+            task = replace(task, coefficients=start, odd=odd)
+            found.append((follow(task), task))
+    return VariedResponse(
+        oscillator, parameter, omega, tuple(_branch(path, task) for path, task in found)
+    )
+
+
+def _check(parameter: str, low: float, high: float) -> None:
+    if parameter not in PARAMETERS[1:]:
+        raise InputError(f'unknown parameter {parameter!r}; known: {", ".join(PARAMETERS[1:])}')
+    if not 0.0 < low < high < math.inf:
+        raise InputError(f'{parameter} {low:g}:{high:g}: give a range that rises from above 0')
+
+
+def _reaches(path: Followed, value: float, x: Array) -> bool:
+    size = float(np.linalg.norm(x))
+    for end in (0, -1):
+        other = path.coefficients[end]
+        n = min(len(x), len(other))
+        near = float(np.linalg.norm(x[:n] - other[:n])) < 1e-5 * size
+        if near and abs(path.omega[end] / value - 1.0) < 1e-9:
+            return True
+    return False
+
+
+def _branch(path: Followed, task: Task) -> VariedBranch:
+    omega = np.array([task.omega])
+    ratio, stable = np.empty(len(path.omega), dtype=complex), np.empty(len(path.omega), dtype=bool)
+    for k, (value, x) in enumerate(zip(path.omega, path.coefficients, strict=True)):
+        at = with_value(task.oscillator, task.parameter, float(value))
+        ratio[k] = transmissibility(at, omega, x[None])[0]
+        stable[k] = floquet(at, omega, x[None], task.odd).stable[0]
+    return VariedBranch(
+        path.omega,
+        np.abs(ratio),
+        np.hypot(path.coefficients[:, 1], path.coefficients[:, 2]),
+        np.degrees(np.angle(ratio)),
+        stable,
+        path.coefficients,
+        path.reasons,
+        _folds(path, task),
+    )
+
+
+def _folds(path: Followed, task: Task) -> tuple[float, ...]:
+    def at(k: int) -> Located | None:
+        pair = slice(k, k + 2)
+        needed = int(path.harmonics[pair].max())
+        piece = Stretch(task.unknowns, path.omega[pair], path.coefficients[pair], needed)
+        return locate(piece, turning)
+
+    return tuple(found.omega for _, found in folds(path.omega, at))
 
 
 @dataclass(frozen=True)
@@ -90,10 +195,7 @@ def jump_map(
     They start from the folds at a few values of the parameter. Raises InputError for an unknown
     parameter and for bounds that do not rise from above 0.
     """
-    if parameter not in PARAMETERS[1:]:
-        raise InputError(f'unknown parameter {parameter!r}; known: {", ".join(PARAMETERS[1:])}')
-    if not 0.0 < bounds[0] < bounds[1] < math.inf:
-        raise InputError(f'{parameter} {bounds[0]:g}:{bounds[1]:g}: give a range above 0')
+    _check(parameter, *bounds)
     found: list[FoldCurve] = []
     levels = np.geomspace(*bounds, LEVELS + 2)[1:-1]
     for k, value in enumerate(levels):

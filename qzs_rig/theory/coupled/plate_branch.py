@@ -12,8 +12,7 @@ from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
 from qzs_rig.theory.balance.continuation import Path, Point, Steps
 from qzs_rig.theory.balance.response import FrequencyResponse
-from qzs_rig.theory.coupled.balance import CoupledBalance
-from qzs_rig.theory.coupled.plant import COORDINATES, Plate
+from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance, Plate
 
 LADDER = (5, 9, 15, 21)
 """Numbers of harmonics that are tried."""

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
-from qzs_rig.theory.balance.basis import harmonics_of, resized
+from qzs_rig.theory.balance.basis import even_part, harmonics_of, resized, symmetric
 from qzs_rig.theory.balance.continuation import Point, Steps
-from qzs_rig.theory.balance.symmetry import even_part, symmetric
-from qzs_rig.theory.balance.unknowns import Unknowns, value_of
+from qzs_rig.theory.balance.harmonic_balance import Unknowns, value_of
 from qzs_rig.theory.oscillator import Oscillator
 
 LADDER = (7, 11, 15, 21, 29, 41, 57, 79, 111, 155)
