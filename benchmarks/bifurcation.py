@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.accuracy import strobe_within
-from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 
@@ -136,11 +136,11 @@ def runge_kutta(steps: int, periods: int, zeta: Array) -> Array:
 
 def diagram() -> None:
     """The table of the diagram."""
-    lanes = Lanes.of(system(), OMEGA, zeta=ZETA)
-    exact = strobe(lanes, steps=256, periods=PERIODS, keep=KEEP, early=False)
+    runs = Batch.of(system(), OMEGA, zeta=ZETA)
+    exact = strobe(runs, steps=256, periods=PERIODS, keep=KEEP, early=False)
     # two independent methods at their tightest: DOP853 says how far the fine steps can be trusted
     slow = reference(PEER_PERIODS)
-    fine = strobe(lanes[PEER], steps=256, periods=PEER_PERIODS, keep=PEER_PERIODS, early=False)
+    fine = strobe(runs[PEER], steps=256, periods=PEER_PERIODS, keep=PEER_PERIODS, early=False)
     print('reference: 256 steps a period; it differs from DOP853 (rtol 1e-13) by')
     print(f'{np.abs(fine.w - slow).max():.1e} over {PEER_PERIODS} periods of {len(PEER)} runs\n')
     print(f'{"1000 zeta x 500 periods":58}{"s":>9}{"ratio":>9}{"max error":>11}{"over 1e-6":>10}')
@@ -152,19 +152,19 @@ def diagram() -> None:
         rows += [
             (
                 f'{STEPS} steps, every period, {core}',
-                lambda w=workers: strobe(lanes, early=False, workers=w, **fixed),
+                lambda w=workers: strobe(runs, early=False, workers=w, **fixed),
             ),
             (
                 f'{STEPS} steps, early exit, {core}',
-                lambda w=workers: strobe(lanes, workers=w, **fixed),
+                lambda w=workers: strobe(runs, workers=w, **fixed),
             ),
             (
                 f'each run checked to 1e-6, every period, {core}',
-                lambda w=workers: strobe_within(lanes, early=False, workers=w, **checked),
+                lambda w=workers: strobe_within(runs, early=False, workers=w, **checked),
             ),
             (
                 f'each run checked to 1e-6, early exit, {core}',
-                lambda w=workers: strobe_within(lanes, workers=w, **checked),
+                lambda w=workers: strobe_within(runs, workers=w, **checked),
             ),
         ]
     ours = 0.0
@@ -175,7 +175,7 @@ def diagram() -> None:
         ours = ours or took
         over = int(np.count_nonzero(off > 1e-6))
         print(f'{name:58}{took:9.4f}{took / ours:9.2f}{off.max():11.1e}{over:10d}')
-    own = strobe(lanes[PEER], steps=STEPS, periods=PEER_PERIODS, keep=PEER_PERIODS, early=False)
+    own = strobe(runs[PEER], steps=STEPS, periods=PEER_PERIODS, keep=PEER_PERIODS, early=False)
     mine = np.abs(own.w - slow).max(axis=1)
     print(f"\nours on the peers' part: median error {np.median(mine):.1e}, max {mine.max():.1e}")
     print(f'{"peers, one thread, scaled up":58}{"s":>9}{"ratio":>9}{"median":>11}{"max":>10}')
@@ -198,7 +198,7 @@ def diagram() -> None:
 def campaign() -> None:
     """A million runs over damping, amplitude and frequency: figures only, memory bounded."""
     n, rng = 1_000_000, np.random.default_rng(0)
-    lanes = Lanes.of(
+    runs = Batch.of(
         system(),
         rng.uniform(0.3, 1.5, n),
         zeta=rng.uniform(0.0158, 0.158, n),
@@ -209,15 +209,15 @@ def campaign() -> None:
     for steps in (12, 18):
         for early in (True, False):
             began, busy = time.perf_counter(), time.process_time()
-            seen = strobe(lanes, steps=steps, periods=PERIODS, keep=0, early=early, workers=2)
+            seen = strobe(runs, steps=steps, periods=PERIODS, keep=0, early=early, workers=2)
             took, used = time.perf_counter() - began, time.process_time() - busy
             name = f'{steps} steps, {"early exit" if early else "every period"}'
             settled = np.mean(seen.period > 0)
             print(f'{name:58}{took:9.2f}{used / 2.0:9.2f}{settled:9.1%}', flush=True)
         some = slice(0, n, 500)
         off = np.abs(
-            strobe(lanes[some], steps=4 * steps, periods=20, keep=20, early=False).w
-            - strobe(lanes[some], steps=steps, periods=20, keep=20, early=False).w
+            strobe(runs[some], steps=4 * steps, periods=20, keep=20, early=False).w
+            - strobe(runs[some], steps=steps, periods=20, keep=20, early=False).w
         ).max(axis=1)
         print(f'  error of w in 20 periods: median {np.median(off):.1e}, ', end='')
         print(f'90 % of runs below {np.quantile(off, 0.9):.1e}')
@@ -229,7 +229,7 @@ def main() -> None:
     options = parser.parse_args()
     print(f'{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}')
     began = time.perf_counter()
-    strobe(Lanes.of(system(), OMEGA, zeta=ZETA[:64]), steps=STEPS, periods=20, keep=10)
+    strobe(Batch.of(system(), OMEGA, zeta=ZETA[:64]), steps=STEPS, periods=20, keep=10)
     print(f'first result after {time.perf_counter() - began:.2f} s (compiled, or read from disk)')
     diagram()
     if options.campaign:

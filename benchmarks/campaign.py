@@ -22,7 +22,7 @@ from qzs_rig.campaign.part import Harvest, Part
 from qzs_rig.campaign.perform import Performed, perform
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.points import Points
-from qzs_rig.campaign.runs import lanes
+from qzs_rig.campaign.runs import batch
 from qzs_rig.campaign.summary import summary
 from qzs_rig.campaign.threads import Threads
 from qzs_rig.parameters import RunSpec
@@ -52,7 +52,7 @@ def idle(points: Points, options: RunSpec) -> Part:
     """All that the stroboscope's task does, but for running."""
     harvest = Harvest(plan.TASKS['strobe'].columns, len(points))
     for bank in banks(points, harvest):
-        runs = lanes(points, bank)
+        runs = batch(points, bank)
         harvest.put(bank.rows, dict.fromkeys(plan.TASKS['strobe'].columns, runs.omega))
     return harvest.part()
 

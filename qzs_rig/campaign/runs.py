@@ -20,7 +20,7 @@ from qzs_rig.campaign.part import Harvest
 from qzs_rig.campaign.points import Points
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.motion.accuracy import cheapest_steps
-from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.batch import Batch
 
 INPUTS = (
     *MOTION,
@@ -39,23 +39,22 @@ for a much lower one."""
 LOST = "the motion left the law's domain"
 
 
-def groups(points: Points, harvest: Harvest) -> Iterator[tuple[NDArray[np.int64], Lanes]]:
+def groups(points: Points, harvest: Harvest) -> Iterator[tuple[NDArray[np.int64], Batch]]:
     """The points' rows and runs, those of one law, motion and third of an octave together."""
     for bank in banks(points, harvest):
-        runs = lanes(points, bank)
+        runs = batch(points, bank)
         third = np.round(np.log2(runs.omega) * THIRDS)
         for which in (np.flatnonzero(third == one) for one in np.unique(third)):
             yield bank.rows[which], runs[which]
 
 
-def lanes(points: Points, bank: Bank) -> Lanes:
+def batch(points: Points, bank: Bank) -> Batch:
     """The runs of a bank."""
-    same = bool((bank.ratios == bank.ratios[:, :1]).all())
-    return Lanes(
+    return Batch(
         law=bank.law,
         dof=bank.dof,
         falloff=0,
-        design=bank.ratios[:, 0].copy() if same else bank.ratios,
+        design=bank.ratios,
         zeta=bank.zeta,
         amplitude=bank.amplitude,
         omega=omegas(points, bank),
@@ -65,6 +64,6 @@ def lanes(points: Points, bank: Bank) -> Lanes:
     )
 
 
-def steps_of(runs: Lanes, options: RunSpec) -> int:
+def steps_of(runs: Batch, options: RunSpec) -> int:
     """Steps a period: those given, or as few as keep the error in the first periods."""
     return options.count('steps') or cheapest_steps(runs, options.number('error'))

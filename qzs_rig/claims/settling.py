@@ -9,7 +9,7 @@ import numpy as np
 from qzs_rig.claims.verdict import Verdict, judged
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.theory.motion.accuracy import strobe_within
-from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.lyapunov import Exponents, exponents
 from qzs_rig.theory.motion.stroboscope import Stroboscope
 from qzs_rig.theory.oscillator import oscillator
@@ -34,7 +34,7 @@ def damping() -> Verdict:
     for reading, omega in FREQUENCIES.items():
         for dof in TRANSLATIONS:
             own = oscillator('corrected', dof, PAPER_DESIGN, ZETA, AMPLITUDE)
-            seen, grown = _watched(Lanes.of(own, omega, zeta=zeta))
+            seen, grown = _watched(Batch.of(own, omega, zeta=zeta))
             spread = np.ptp(seen.w, axis=1)
             where = f'{dof}, {reading}'
             figures[f'spread for zeta < 0.05, {where}'] = float(spread[light].max())
@@ -62,7 +62,7 @@ def length() -> Verdict:
         for dof in TRANSLATIONS:
             own = oscillator('corrected', dof, PAPER_DESIGN, zeta, AMPLITUDE)
             amplitude = AMPLITUDE * 0.6 / L20
-            seen, grown = _watched(Lanes.of(own, omega, amplitude=amplitude))
+            seen, grown = _watched(Batch.of(own, omega, amplitude=amplitude))
             where = f'{dof}, zeta = {zeta:g}'
             short = L20 < 0.2
             figures[f'largest exponent for L20 < 0.2, {where}'] = float(grown.value[short].max())
@@ -87,7 +87,7 @@ def transients() -> Verdict:
         for dof in DOFS:
             amplitude = AMPLITUDE if dof in TRANSLATIONS else TURN
             own = oscillator('corrected', dof, PAPER_DESIGN, ZETA, amplitude)
-            seen = strobe_within(Lanes.of(own, [omega]), early=False, periods=1000)
+            seen = strobe_within(Batch.of(own, [omega]), early=False, periods=1000)
             figures[f'{dof}, {reading}: period'] = float(seen.period[0])
             figures[f'{dof}, {reading}: settled after'] = float(seen.settled[0])
             single.append(seen.period[0] == 1)
@@ -100,7 +100,7 @@ def transients() -> Verdict:
     )
 
 
-def _watched(runs: Lanes) -> tuple[Stroboscope, Exponents]:
+def _watched(runs: Batch) -> tuple[Stroboscope, Exponents]:
     """The paper's 500 periods from rest, and the exponents of what comes after."""
     seen = strobe_within(runs, early=False)
     return seen, exponents(runs, steps=int(seen.steps.max()), periods=1000, before=200)

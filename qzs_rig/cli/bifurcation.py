@@ -20,7 +20,7 @@ from qzs_rig.report.sheet import Panel, Points, Sheet
 from qzs_rig.report.table import Table
 from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.samples import Array
-from qzs_rig.theory.motion.along import RATIOS, SLANT, lanes_along
+from qzs_rig.theory.motion.batch import RATIOS, SLANT, batch_along
 from qzs_rig.theory.motion.bifurcation import KINDS, Diagram, carried, from_rest
 
 RANGES = {'zeta': '0.0158:0.158', SLANT: '0.1:1', 'amplitude': '0.02:1', 'omega': '0.05:2'}
@@ -146,9 +146,9 @@ def _parts(options: argparse.Namespace, spec: RunSpec, values: Array) -> Iterato
     for dof in oscillating.dofs_of(options):
         oscillator = oscillating.oscillator_of(options, spec, dof)
         omega = oscillating.omega_of(options, spec, dof)
-        lanes = lanes_along(spec, oscillator, omega, options.vary, values)
+        runs = batch_along(spec, oscillator, omega, options.vary, values)
         if options.start == 'rest':
-            yield Part(dof, 'from rest', values, from_rest(lanes, options.error, **how))
+            yield Part(dof, 'from rest', values, from_rest(runs, options.error, **how))
             continue
         for way, order in (('up', slice(None)), ('down', slice(None, None, -1))):
             with bar(float(len(values)), 'runs', f'{dof_name(dof)}, {way}') as progress:
@@ -156,7 +156,7 @@ def _parts(options: argparse.Namespace, spec: RunSpec, values: Array) -> Iterato
                 def tell(done: int, progress: Any = progress) -> None:
                     progress.update(done - progress.n)
 
-                found = carried(lanes[order], options.error, progress=tell, **how)
+                found = carried(runs[order], options.error, progress=tell, **how)
             yield Part(dof, way, values[order], found)
 
 
@@ -167,7 +167,7 @@ def _document(part: Part, keep: int) -> dict[str, Any]:
         'dof': part.dof,
         'from': part.way,
         'values': part.values.tolist(),
-        'omega': seen.lanes.omega.tolist(),
+        'omega': seen.runs.omega.tolist(),
         'steps': seen.steps.tolist(),
         'error': finite_or_none(seen.error),
         'kind': part.diagram.kind.tolist(),
@@ -184,7 +184,7 @@ def _table(name: str, parts: list[Part]) -> Table:
     rows = []
     for part in parts:
         seen = part.diagram.seen
-        omega = _span(seen.lanes.omega)
+        omega = _span(seen.runs.omega)
         steps = f'{seen.steps.min()}–{seen.steps.max()}'
         for kind in KINDS:
             mine = part.diagram.kind == kind
@@ -282,8 +282,8 @@ def _sheet(name: str, parts: list[Part]) -> Sheet:
             for word, hue in HUES.items()
             if (what == word).any()
         )
-        unit = 'w / L20' if part.diagram.seen.lanes.number < 2 else 'w, rad'
-        omega = _span(part.diagram.seen.lanes.omega)
+        unit = 'w / L20' if part.diagram.seen.runs.number < 2 else 'w, rad'
+        omega = _span(part.diagram.seen.runs.omega)
         title = f'{dof_name(part.dof)}, {part.way}, Ω = {omega}'
         panels.append(Panel(title, name, f'{unit} once a period', dots))
     title = f'Runs seen once a period over {name}'

@@ -15,7 +15,7 @@ from qzs_rig.report.sheet import GREY, HUES, Band, Curve, Panel, Points, Sheet
 from qzs_rig.report.table import Table, number
 from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.theory.motion.accuracy import cheapest_steps
-from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.lyapunov import BATCHES, ENOUGH, SURE, Exponents, exponents
 
 
@@ -67,13 +67,13 @@ def execute(options: argparse.Namespace) -> int:
     start = np.random.default_rng(seed).uniform(-1.0, 1.0, (2, starts)) * options.reach
     start[:, 0] = 0.0
     reach = min(1.0, 0.5 * oscillator.domain)
-    lanes = Lanes.of(oscillator, omega, w=start[0] * reach, velocity=start[1])
+    runs = Batch.of(oscillator, omega, w=start[0] * reach, velocity=start[1])
     if options.steps is None:
-        steps = cheapest_steps(lanes, 1e-6)
+        steps = cheapest_steps(runs, 1e-6)
     else:
         steps = oscillating.at_least(options.steps, 1, '--steps')
     periods = oscillating.at_least(options.periods, BATCHES, '--periods')
-    found = exponents(lanes, steps=steps, periods=periods, before=options.before)
+    found = exponents(runs, steps=steps, periods=periods, before=options.before)
     mean, error = found.mean
     document: dict[str, Any] = {
         'dof': dof,
@@ -92,7 +92,7 @@ def execute(options: argparse.Namespace) -> int:
     }
     text = _table(found, dof).to_text() + f'\n\n{document["verdict"]}'
     if options.out is not None:
-        columns = [lanes.w, lanes.velocity, found.value, found.error]
+        columns = [runs.w, runs.velocity, found.value, found.error]
         names = ('w', 'velocity', 'exponent', 'standard_error')
         written = [
             *pictures(options.out, [_sheet(found, dof)]),
@@ -139,9 +139,9 @@ def _table(found: Exponents, dof: str) -> Table:
         ('mean of all runs', number(mean, '.5f'), number(error, '.1e')),
         ('smallest', number(_extreme(np.fmin, found), '.5f'), ''),
         ('largest', number(_extreme(np.fmax, found), '.5f'), ''),
-        ('sum of both, -2 zeta', f'{-2.0 * found.lanes.zeta[0]:.5f}', ''),
+        ('sum of both, -2 zeta', f'{-2.0 * found.runs.zeta[0]:.5f}', ''),
     ]
-    omega, runs = found.lanes.omega[0], len(found.value)
+    omega, runs = found.runs.omega[0], len(found.value)
     caption = f'Lyapunov exponent, {dof_name(dof)}, Omega {omega:.4g}, {runs} runs, '
     caption += f'{found.steps} steps a period'
     return Table(caption, ('', 'exponent', '+-'), tuple(rows), labels=1)
@@ -156,6 +156,6 @@ def _sheet(found: Exponents, dof: str) -> Sheet:
         Points('exponent', x, value),
         Curve('zero', x[[0, -1]], np.zeros(2), HUES[1], width=1.0),
     )
-    title = f'{dof_name(dof)}, Ω = {found.lanes.omega[0]:.4g}'
+    title = f'{dof_name(dof)}, Ω = {found.runs.omega[0]:.4g}'
     panel = Panel(title, 'run, sorted', 'exponent / omega0', items)
     return Sheet('lyapunov', 'Largest Lyapunov exponent', '', (panel,))

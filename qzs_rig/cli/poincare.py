@@ -16,10 +16,9 @@ from qzs_rig.report.sheet import Curve, Panel, Points, Sheet
 from qzs_rig.report.table import Table, number
 from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.theory.motion.accuracy import strobe_within
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.bifurcation import VISIBLE, Diagram, judged
-from qzs_rig.theory.motion.history import History, history
-from qzs_rig.theory.motion.lanes import Lanes
-from qzs_rig.theory.motion.stroboscope import strobe
+from qzs_rig.theory.motion.stroboscope import History, history, strobe
 from qzs_rig.units import TRANSLATIONS
 
 EPILOG = """\
@@ -70,8 +69,8 @@ def execute(options: argparse.Namespace) -> int:
     portraits = []
     for dof in oscillating.dofs_of(options):
         oscillator = oscillating.oscillator_of(options, spec, dof)
-        lanes = Lanes.of(oscillator, oscillating.omega_of(options, spec, dof))
-        portraits.append(portrait(dof, lanes, periods, options.steps))
+        runs = Batch.of(oscillator, oscillating.omega_of(options, spec, dof))
+        portraits.append(portrait(dof, runs, periods, options.steps))
     document = {'periods': periods, 'runs': [_document(each) for each in portraits]}
     text = '\n\n'.join([_table(portraits, periods).to_text(), *map(_word, portraits)])
     if options.out is not None:
@@ -82,12 +81,12 @@ def execute(options: argparse.Namespace) -> int:
     return 0
 
 
-def portrait(dof: str, lanes: Lanes, periods: int, steps: int | None) -> Portrait:
-    """The run of `lanes`, of one."""
+def portrait(dof: str, runs: Batch, periods: int, steps: int | None) -> Portrait:
+    """The run of `runs`, of one."""
     how: dict[str, Any] = {'periods': periods, 'keep': periods}
-    seen = strobe_within(lanes, **how) if steps is None else strobe(lanes, steps=steps, **how)
+    seen = strobe_within(runs, **how) if steps is None else strobe(runs, steps=steps, **how)
     drawn_steps = max(int(seen.steps[0]), DRAWN_STEPS)
-    run = history(lanes, periods, drawn_steps)
+    run = history(runs, periods, drawn_steps)
     visible = None
     if seen.period[0] > 0:
         back = seen.w[0, periods - seen.period[0] :]
@@ -101,9 +100,9 @@ def _document(each: Portrait) -> dict[str, Any]:
     seen = each.diagram.seen
     return {
         'dof': each.dof,
-        'omega': float(seen.lanes.omega[0]),
-        'zeta': float(seen.lanes.zeta[0]),
-        'amplitude': float(seen.lanes.amplitude[0]),
+        'omega': float(seen.runs.omega[0]),
+        'zeta': float(seen.runs.zeta[0]),
+        'amplitude': float(seen.runs.amplitude[0]),
         'steps': int(seen.steps[0]),
         'error': finite_or_none(seen.error)[0],
         'period': int(seen.period[0]),
@@ -124,8 +123,8 @@ def _table(portraits: list[Portrait], periods: int) -> Table:
         rows.append(
             (
                 dof_name(each.dof),
-                f'{seen.lanes.omega[0]:.4g}',
-                f'{seen.lanes.zeta[0]:.4g}',
+                f'{seen.runs.omega[0]:.4g}',
+                f'{seen.runs.zeta[0]:.4g}',
                 str(found) if found > 0 else {0: 'none yet', -1: 'lost'}[found],
                 number(each.visible, 'd') if each.visible is not None else '–',
                 str(int(seen.settled[0])) if found > 0 else '–',
@@ -185,12 +184,12 @@ def _sheet(portraits: list[Portrait]) -> Sheet:
             Points('all periods', seen.w[0], seen.velocity[0], ORANGE, size=2.5),
             Points(f'last {last}', seen.w[0, -last:], seen.velocity[0, -last:], BLUE, size=2.5),
         )
-        name = f'{dof_name(each.dof)}, Ω = {seen.lanes.omega[0]:.4g}'
+        name = f'{dof_name(each.dof)}, Ω = {seen.runs.omega[0]:.4g}'
         panels.append(Panel(f'{name}: map', unit, 'dw/dτ', dots))
         # as much as shows the transient
         until = seen.periods if each.visible is None else max(12, round(1.5 * each.visible))
         shown = slice(0, until * each.steps + 1)
-        turns = each.run.tau[shown] * seen.lanes.omega[0] / (2.0 * np.pi)
+        turns = each.run.tau[shown] * seen.runs.omega[0] / (2.0 * np.pi)
         wave = Curve('', turns, each.run.w[shown], BLUE, width=1.0)
         panels.append(Panel(f'{name}: history', 'periods', unit, (wave,)))
     return Sheet('poincare', 'Runs from rest seen once a period', '', tuple(panels), columns=2)

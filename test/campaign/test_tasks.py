@@ -20,7 +20,7 @@ from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import frequency_response
-from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.lyapunov import exponents
 from qzs_rig.theory.motion.stroboscope import strobe
 from qzs_rig.theory.oscillator import Oscillator
@@ -138,8 +138,8 @@ def test_strobe_is_the_stroboscope_whatever_the_chunk():
     for name, column in whole.columns.items():
         np.testing.assert_array_equal(np.concatenate([p.columns[name] for p in parts]), column)
     spec = wanted.between(129, 130).spec(0)
-    lanes = Lanes.of(Oscillator.of(spec, 'vertical', 0.6), 0.314)
-    seen = strobe(lanes, steps=18, periods=60, keep=0)
+    runs = Batch.of(Oscillator.of(spec, 'vertical', 0.6), 0.314)
+    seen = strobe(runs, steps=18, periods=60, keep=0)
     assert whole.columns['T'][129] == abs(seen.transmissibility[0])
     assert whole.columns['w_end'][129] == seen.end[0, 0]
 
@@ -179,8 +179,8 @@ def test_lyapunov_is_the_exponent_of_the_same_run():
     options = {'steps': 18, 'periods': 64, 'before': 10}
     wanted, part = computed('lyapunov', {'platform.zeta': [0.05, 0.1]}, RUNS, options)
     spec = wanted.between(1, 2).spec(0)
-    lanes = Lanes.of(Oscillator.of(spec, 'vertical', 0.6), 0.314)
-    found = exponents(lanes, steps=18, periods=64, before=10)
+    runs = Batch.of(Oscillator.of(spec, 'vertical', 0.6), 0.314)
+    found = exponents(runs, steps=18, periods=64, before=10)
     assert part.columns['exponent'][1] == found.value[0]
     assert part.columns['uncertainty'][1] == found.error[0]
     assert part.columns['regular'][1] == found.regular[0]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
@@ -43,16 +41,3 @@ def rates(oscillator, omega, phase=0.0):
         return [y[1], push - 2.0 * oscillator.zeta * y[1] - float(oscillator.force(y[0]))]
 
     return slope
-
-
-def without_numba(monkeypatch):
-    """Kernels made from now on are the interpreter's."""
-    from qzs_rig.mechanics.restoring import roots
-    from qzs_rig.theory.motion import lyapunov, strobe_engine
-
-    caches = (roots.teach_numba, strobe_engine.sweeping, lyapunov._stretching)
-    for cached in caches:
-        cached.cache_clear()
-    monkeypatch.setitem(sys.modules, 'numba', None)
-    monkeypatch.setitem(sys.modules, 'numba.extending', None)
-    return caches

@@ -11,10 +11,9 @@ from motion_laws import double_well, ueda
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, basin
-from qzs_rig.theory.motion.history import history
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.jump_margin import jump_margin
-from qzs_rig.theory.motion.lanes import Lanes
-from qzs_rig.theory.motion.stroboscope import strobe
+from qzs_rig.theory.motion.stroboscope import history, strobe
 from qzs_rig.theory.oscillator import oscillator
 from qzs_rig.theory.single_term import single_term
 
@@ -37,7 +36,7 @@ def test_two_branches_have_two_basins():
     assert sizes == pytest.approx(sorted(theory.W[0][theory.stable[0]]), rel=0.05)
     # every start leads where a run of its own leads
     row, column = 3, 17
-    own = Lanes.of(bistable(), OMEGA, w=found.w[column], velocity=found.velocity[row])
+    own = Batch.of(bistable(), OMEGA, w=found.w[column], velocity=found.velocity[row])
     alone = strobe(own, steps=found.steps, periods=1000, keep=0)
     T = found.attractors[found.which[row, column]].T
     assert abs(alone.transmissibility[0]) == pytest.approx(T, rel=1e-4)
@@ -77,11 +76,11 @@ def test_the_margin_is_where_a_kick_begins_to_do():
     assert 0.0 < margin.kick < 1.0
     # by hand: follow the motion to that phase, kick, and wait
     steps, turn = 80, margin.kick_phase_deg / 360.0
-    rest = Lanes.of(bistable(), OMEGA, w=margin.now.w, velocity=margin.now.velocity)
+    rest = Batch.of(bistable(), OMEGA, w=margin.now.w, velocity=margin.now.velocity)
     run = history(rest, 1, steps)
     k = round(turn * steps)
     kicks = margin.kick * np.array([0.9, -0.9, 1.0, -1.0])
-    kicked = Lanes.of(bistable(), OMEGA, w=run.w[k], velocity=run.velocity[k] + kicks)
+    kicked = Batch.of(bistable(), OMEGA, w=run.w[k], velocity=run.velocity[k] + kicks)
     after = strobe(kicked, steps=steps, periods=1000, keep=0, phase=2 * math.pi * turn)
     jumped = np.abs(after.transmissibility) > 2.0 * margin.now.T
     assert not jumped[:2].any()

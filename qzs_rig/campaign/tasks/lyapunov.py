@@ -9,8 +9,8 @@ from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
 from qzs_rig.campaign.task import Output, Task
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.theory.motion.batch import WIDTH
 from qzs_rig.theory.motion.lyapunov import BATCHES, exponents
-from qzs_rig.theory.motion.strobe_cycles import LANES
 
 OPTIONS = (
     Parameter('periods', int, 2000, '', 'periods over which a disturbance is followed', BATCHES),
@@ -55,5 +55,5 @@ TASK = Task(
     outputs=OUTPUTS,
     chunk=1024,
     evaluate=evaluate,
-    block=LANES,
+    block=WIDTH,
 )

@@ -13,8 +13,7 @@ from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
 from qzs_rig.campaign.task import Output, Task
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.motion.accuracy import strobe_within
-from qzs_rig.theory.motion.lanes import Lanes
-from qzs_rig.theory.motion.strobe_cycles import LANES
+from qzs_rig.theory.motion.batch import WIDTH, Batch
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 
 OPTIONS = (
@@ -55,7 +54,7 @@ def evaluate(points: Points, options: RunSpec) -> Part:
     return harvest.part()
 
 
-def _seen(runs: Lanes, options: RunSpec) -> Stroboscope:
+def _seen(runs: Batch, options: RunSpec) -> Stroboscope:
     periods, early = options.count('periods'), options.flag('early')
     if options.flag('checked'):
         error = options.number('error')
@@ -90,5 +89,5 @@ TASK = Task(
     outputs=OUTPUTS,
     chunk=16384,
     evaluate=evaluate,
-    block=LANES,
+    block=WIDTH,
 )

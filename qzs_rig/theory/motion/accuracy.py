@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
-from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.splitting import ORDER
-from qzs_rig.theory.motion.strobe_cycles import ROUNDING
 from qzs_rig.theory.motion.stroboscope import RETURN, Stroboscope, strobe
 
 LADDER = tuple(round(4.5 * 2.0 ** (k / 4.0)) for k in range(2, 29))
@@ -32,7 +31,7 @@ many, the run is chaotic or sits on a border, and no step helps."""
 
 
 def strobe_within(
-    lanes: Lanes,
+    runs: Batch,
     error: float = 1e-6,
     *,
     periods: int = 500,
@@ -51,30 +50,28 @@ def strobe_within(
             f'error {error:g}; give what w may be off, {FINEST:g} or more, for instance 1e-6'
         )
     how: dict[str, Any] = {'periods': periods, 'keep': keep, 'early': early, 'workers': workers}
-    how['tolerance'] = max(ROUNDING, min(RETURN, 0.1 * error))
+    how['tolerance'] = max(FINEST, min(RETURN, 0.1 * error))
     whole: Stroboscope | None = None
-    for which in alike(lanes):
-        some = _checked(lanes[which], error, how)
-        whole = (
-            some if len(which) == len(lanes) else _put(whole or _blank(lanes, some), some, which)
-        )
+    for which in alike(runs):
+        some = _checked(runs[which], error, how)
+        whole = some if len(which) == len(runs) else _put(whole or _blank(runs, some), some, which)
     assert whole is not None, 'no runs'
     return whole
 
 
-def alike(lanes: Lanes) -> list[NDArray[np.int64]]:
+def alike(runs: Batch) -> list[NDArray[np.int64]]:
     """Runs in groups of a third of an octave: a step that serves one frequency is too long for a
     much lower one."""
-    third = np.round(np.log2(lanes.omega) * 3.0)
+    third = np.round(np.log2(runs.omega) * 3.0)
     return [np.flatnonzero(third == group) for group in np.unique(third)]
 
 
-def cheapest_steps(lanes: Lanes, error: float) -> int:
+def cheapest_steps(runs: Batch, error: float) -> int:
     """Steps a period with which three runs in four stay well within `error` at the start.
 
     Tried on up to 32 of the runs over eight periods.
     """
-    some = lanes[np.unique(np.linspace(0, len(lanes) - 1, PROBES).astype(int))]
+    some = runs[np.unique(np.linspace(0, len(runs) - 1, PROBES).astype(int))]
     before: Stroboscope | None = None
     for steps in LADDER:
         now = strobe(some, steps=steps, periods=PROBE_PERIODS, keep=PROBE_PERIODS, early=False)
@@ -86,15 +83,15 @@ def cheapest_steps(lanes: Lanes, error: float) -> int:
     return int(LADDER[-1])
 
 
-def _checked(lanes: Lanes, error: float, how: Mapping[str, Any]) -> Stroboscope:
-    steps = cheapest_steps(lanes, error)
-    coarse = _run(lanes, max(2, round(COARSER * steps)), how)
-    fine = _run(lanes, steps, how)
+def _checked(runs: Batch, error: float, how: Mapping[str, Any]) -> Stroboscope:
+    steps = cheapest_steps(runs, error)
+    coarse = _run(runs, max(2, round(COARSER * steps)), how)
+    fine = _run(runs, steps, how)
     fine = replace(fine, error=_missed(coarse, fine))
     left = np.flatnonzero(fine.error > error)
     while left.size and steps < 16 * LADDER[-1]:
         steps *= 2
-        finer = _run(lanes[left], steps, how)
+        finer = _run(runs[left], steps, how)
         missed = _missed(part(fine, left), finer)
         away = missed * (2.0**ORDER - 1.0)
         helped = away < fine.error[left] * WORTHWHILE
@@ -104,8 +101,8 @@ def _checked(lanes: Lanes, error: float, how: Mapping[str, Any]) -> Stroboscope:
     return fine
 
 
-def _run(lanes: Lanes, steps: int, how: Mapping[str, Any]) -> Stroboscope:
-    return strobe(lanes, steps=steps, **how)
+def _run(runs: Batch, steps: int, how: Mapping[str, Any]) -> Stroboscope:
+    return strobe(runs, steps=steps, **how)
 
 
 def _missed(coarse: Stroboscope, fine: Stroboscope) -> Array:
@@ -124,19 +121,19 @@ def _missed(coarse: Stroboscope, fine: Stroboscope) -> Array:
 FIELDS = ('w', 'velocity', 'period', 'settled', 'end', 'fundamental', 'low', 'high', 'error')
 
 
-def _blank(lanes: Lanes, like: Stroboscope) -> Stroboscope:
-    n = len(lanes)
+def _blank(runs: Batch, like: Stroboscope) -> Stroboscope:
+    n = len(runs)
     empty: dict[str, Any] = {
         name: np.empty((n, *getattr(like, name).shape[1:]), getattr(like, name).dtype)
         for name in (*FIELDS, 'steps')
     }
-    return replace(like, lanes=lanes, **empty)
+    return replace(like, runs=runs, **empty)
 
 
 def part(whole: Stroboscope, which: NDArray[np.int64]) -> Stroboscope:
     """Some of the runs."""
     picked = {name: getattr(whole, name)[which] for name in (*FIELDS, 'steps')}
-    return replace(whole, lanes=whole.lanes[which], **picked)
+    return replace(whole, runs=whole.runs[which], **picked)
 
 
 def _put(whole: Stroboscope, part: Stroboscope, which: NDArray[np.int64]) -> Stroboscope:

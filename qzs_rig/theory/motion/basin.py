@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.accuracy import cheapest_steps
-from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -63,9 +63,9 @@ def basin(
     across = np.atleast_1d(np.asarray(w, dtype=np.float64))
     along = np.atleast_1d(np.asarray(velocity, dtype=np.float64))
     grid = np.meshgrid(across, along)
-    lanes = Lanes.of(oscillator, omega, w=grid[0].ravel(), velocity=grid[1].ravel())
-    steps = cheapest_steps(lanes, error)
-    seen = strobe(lanes, steps=steps, periods=periods, keep=0, phase=phase, workers=workers)
+    runs = Batch.of(oscillator, omega, w=grid[0].ravel(), velocity=grid[1].ravel())
+    steps = cheapest_steps(runs, error)
+    seen = strobe(runs, steps=steps, periods=periods, keep=0, phase=phase, workers=workers)
     which, found = attractors(seen)
     return Basin(omega, across, along, which.reshape(grid[0].shape), found, steps, periods)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.accuracy import FIELDS, alike, cheapest_steps, strobe_within
-from qzs_rig.theory.motion.lanes import Lanes
+from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.lyapunov import Exponents, exponents
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
 
@@ -48,7 +48,7 @@ class Diagram:
 
 
 def from_rest(
-    lanes: Lanes,
+    runs: Batch,
     error: float = 1e-6,
     *,
     periods: int = 500,
@@ -59,12 +59,12 @@ def from_rest(
     """Every run from its own start; with `steps` unchecked in that many a period."""
     how = {'periods': periods, 'keep': keep}
     if steps is None:
-        return judged(strobe_within(lanes, error, early=early, **how))
-    return judged(strobe(lanes, steps=steps, early=early, **how))
+        return judged(strobe_within(runs, error, early=early, **how))
+    return judged(strobe(runs, steps=steps, early=early, **how))
 
 
 def carried(
-    lanes: Lanes,
+    runs: Batch,
     error: float = 1e-6,
     *,
     periods: int = 500,
@@ -77,13 +77,13 @@ def carried(
 
     The state is not held against a finer run: `error` chooses the steps, as cheapest_steps does.
     """
-    each = np.full(len(lanes), steps or 0)
+    each = np.full(len(runs), steps or 0)
     if steps is None:
-        for which in alike(lanes):
-            each[which] = cheapest_steps(lanes[which], error)
+        for which in alike(runs):
+            each[which] = cheapest_steps(runs[which], error)
     parts: list[Stroboscope] = []
-    for k in range(len(lanes)):
-        own = lanes[k : k + 1]
+    for k in range(len(runs)):
+        own = runs[k : k + 1]
         # a run that was lost leaves nothing to go on from
         if parts and np.isfinite(parts[-1].end).all():
             own = own.starting(parts[-1].end[:, 0], parts[-1].end[:, 1])
@@ -92,16 +92,16 @@ def carried(
     fields: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts]) for name in (*FIELDS, 'steps')
     }
-    began = lanes.starting(
-        np.concatenate([part.lanes.w for part in parts]),
-        np.concatenate([part.lanes.velocity for part in parts]),
+    began = runs.starting(
+        np.concatenate([part.runs.w for part in parts]),
+        np.concatenate([part.runs.velocity for part in parts]),
     )
-    return judged(replace(parts[0], lanes=began, **fields))
+    return judged(replace(parts[0], runs=began, **fields))
 
 
 def judged(seen: Stroboscope) -> Diagram:
     """Each run's kind; an exponent, from where the run ended, settles what is in question."""
-    n = len(seen.lanes)
+    n = len(seen.runs)
     kind = np.full(n, 'periodic', dtype='<U9')
     kind[seen.period < 0] = 'lost'
     value, error = np.full(n, np.nan), np.full(n, np.nan)
@@ -109,7 +109,7 @@ def judged(seen: Stroboscope) -> Diagram:
     open_ = np.flatnonzero((seen.period == 0) | (stray > VISIBLE))
     for steps in np.unique(seen.steps[open_]):
         which = open_[seen.steps[open_] == steps]
-        own = seen.lanes[which].starting(seen.end[which, 0], seen.end[which, 1])
+        own = seen.runs[which].starting(seen.end[which, 0], seen.end[which, 1])
         # a sign needs no finer steps than the points do
         found = decided(own, min(int(steps), cheapest_steps(own, SIGN_ERROR)))
         value[which], error[which] = found.value, found.error
@@ -119,13 +119,13 @@ def judged(seen: Stroboscope) -> Diagram:
     return Diagram(seen, kind, stray, value, error)
 
 
-def decided(lanes: Lanes, steps: int) -> Exponents:
+def decided(runs: Batch, steps: int) -> Exponents:
     """Exponents of runs, of those too close to zero over eight times as many periods."""
-    found = exponents(lanes, steps=steps, periods=EXPONENT_PERIODS, before=EXPONENT_BEFORE)
+    found = exponents(runs, steps=steps, periods=EXPONENT_PERIODS, before=EXPONENT_BEFORE)
     open_ = np.flatnonzero(~(found.chaotic | found.regular) & np.isfinite(found.value))
     if open_.size:
         longer = exponents(
-            lanes[open_], steps=steps, periods=8 * EXPONENT_PERIODS, before=EXPONENT_BEFORE
+            runs[open_], steps=steps, periods=8 * EXPONENT_PERIODS, before=EXPONENT_BEFORE
         )
         found.value[open_], found.error[open_] = longer.value, longer.error
         found.enough[open_] = longer.enough
@@ -134,7 +134,7 @@ def decided(lanes: Lanes, steps: int) -> Exponents:
 
 def strayed(seen: Stroboscope) -> Array:
     """(n,) how far the first kept points lie off the cycle that the run ended in; NaN without."""
-    stray, keep = np.full(len(seen.lanes), np.nan), seen.w.shape[1]
+    stray, keep = np.full(len(seen.runs), np.nan), seen.w.shape[1]
     for period in np.unique(seen.period[seen.period > 0]):
         which, first = np.flatnonzero(seen.period == period), np.arange(min(period, keep))
         last = first + (keep - 1 - first) // period * period

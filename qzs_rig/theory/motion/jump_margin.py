@@ -12,9 +12,8 @@ from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.accuracy import cheapest_steps, part
 from qzs_rig.theory.motion.basin import Attractor, attractors
-from qzs_rig.theory.motion.history import history
-from qzs_rig.theory.motion.lanes import Lanes
-from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
+from qzs_rig.theory.motion.batch import Batch
+from qzs_rig.theory.motion.stroboscope import Stroboscope, history, strobe
 from qzs_rig.theory.oscillator import Oscillator
 
 PHASES = 8
@@ -58,7 +57,7 @@ def jump_margin(
     """
     if not (largest_kick > 0.0 and largest_rise > 1.0):
         raise InputError('a jump margin needs a largest kick above 0 and a largest rise above 1')
-    rest = Lanes.of(oscillator, omega)
+    rest = Batch.of(oscillator, omega)
     steps = PHASES * math.ceil(cheapest_steps(rest, error) / PHASES)
     seen = strobe(rest, steps=steps, periods=periods, keep=0)
     if seen.period[0] < 1:
@@ -81,7 +80,7 @@ class _Trial:
     """The motion at one frequency, and what it does when disturbed."""
 
     def __init__(
-        self, rest: Lanes, steps: int, periods: int, seen: Stroboscope, least: float
+        self, rest: Batch, steps: int, periods: int, seen: Stroboscope, least: float
     ) -> None:
         self._rest, self._steps, self._periods = rest, steps, periods
         self._seen, self._least = seen, least
@@ -117,10 +116,10 @@ class _Trial:
         low, best = 1.0, math.nan
         for _ in range(2):
             factors = np.linspace(low, largest if math.isnan(best) else best, TRIES + 1)[1:]
-            lanes = self._rest[np.zeros(TRIES, int)]
-            raised = Lanes(**{**vars(lanes), 'amplitude': lanes.amplitude * factors})
+            runs = self._rest[np.zeros(TRIES, int)]
+            raised = Batch(**{**vars(runs), 'amplitude': runs.amplitude * factors})
             up = self._run(raised, self._w, self._velocity, 0.0)
-            back = self._run(lanes, up.end[:, 0], up.end[:, 1], 0.0)
+            back = self._run(runs, up.end[:, 0], up.end[:, 1], 0.0)
             jumped = self._elsewhere(back)
             if not jumped.any():
                 break
@@ -128,8 +127,8 @@ class _Trial:
             low = max(1.0, best - (largest - 1.0) / TRIES)
         return best
 
-    def _run(self, lanes: Lanes, w: object, velocity: object, phase: float) -> Stroboscope:
-        started = lanes.starting(np.asarray(w), np.asarray(velocity))
+    def _run(self, runs: Batch, w: object, velocity: object, phase: float) -> Stroboscope:
+        started = runs.starting(np.asarray(w), np.asarray(velocity))
         return strobe(started, steps=self._steps, periods=self._periods, keep=0, phase=phase)
 
     def _elsewhere(self, seen: Stroboscope) -> NDArray[np.bool_]:

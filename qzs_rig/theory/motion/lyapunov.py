@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics import specialise
-from qzs_rig.mechanics.restoring.law import RestoringLaw
-from qzs_rig.mechanics.restoring.roots import reciprocal
 from qzs_rig.samples import Array
-from qzs_rig.theory.motion import splitting
-from qzs_rig.theory.motion import strobe_kernel as strobing
-from qzs_rig.theory.motion import tangent_kernel as source
-from qzs_rig.theory.motion.lanes import Lanes
-from qzs_rig.theory.motion.strobe_cycles import LANES
-from qzs_rig.theory.motion.strobe_engine import advance_type, advancing, spread
-from qzs_rig.theory.motion.strobe_numpy import tangent_advancing
+from qzs_rig.theory.motion.batch import Batch
+from qzs_rig.theory.motion.splitting import schedule
+from qzs_rig.theory.motion.stroboscope import spread
 
 BATCHES = 32
 """Parts of a run whose scatter tells the standard error; each much longer than it remembers."""
@@ -48,7 +38,7 @@ class Exponents:
     long enough to tell a sign.
     """
 
-    lanes: Lanes
+    runs: Batch
     steps: int
     periods: int
     before: int
@@ -60,7 +50,7 @@ class Exponents:
     @property
     def span(self) -> float:
         """Decay times 1/ζ that the shortest run lasted."""
-        return float(np.min(self.lanes.zeta * 2.0 * np.pi / self.lanes.omega) * self.periods)
+        return float(np.min(self.runs.zeta * 2.0 * np.pi / self.runs.omega) * self.periods)
 
     @property
     def chaotic(self) -> NDArray[np.bool_]:
@@ -84,7 +74,7 @@ class Exponents:
 
 
 def exponents(
-    lanes: Lanes,
+    runs: Batch,
     *,
     steps: int,
     periods: int = 2000,
@@ -98,69 +88,26 @@ def exponents(
             raise InputError(f'{value} {name}; an exponent needs {least} or more')
     if before < 0:
         raise InputError(f'{before} periods before; give 0 or more')
-    n = len(lanes)
+    from qzs_rig.theory.motion import kernels
+
+    n = len(runs)
     growth, end = np.empty((n, periods)), np.empty((n, 2))
-    stretch = _stretching(lanes.law, lanes.number, lanes.shared)
-    schedule = splitting.kick_weights(steps), splitting.kick_cosines(steps)
+    advance = kernels.advancing(runs.law, runs.number)
+    period = schedule(steps)
 
     def part(which: slice) -> None:
-        own = lanes[which]
-        design = tuple(own.design.tolist()) if own.shared else own.design
-        block = design if own.shared else np.ones((6, LANES))
-        moving, _, decay, reach, _, _ = strobing.workspace(steps)
-        work = moving, decay, reach, np.zeros((2, LANES))
-        with np.errstate(all='ignore'):
-            stretch(
-                work,
-                design,
-                block,
-                own.table,
-                splitting.DRIFTS,
-                *schedule,
-                before,
-                growth[which],
-                end[which],
-            )
+        own = runs[which]
+        block = kernels.block(motions=2)
+        pair = growth[which], end[which]
+        kernels.grow(advance, block, own.table, own.numbers, period, before, *pair)
 
     spread(part, n, workers)
-    length = 2.0 * np.pi / lanes.omega
+    length = 2.0 * np.pi / runs.omega
     growth[~np.isfinite(growth)] = np.nan
     value = growth.mean(axis=1) / length
     size = periods // BATCHES
     batches = growth[:, : size * BATCHES].reshape(n, BATCHES, size).mean(axis=2)
     error = batches.std(axis=1, ddof=1) / math.sqrt(BATCHES) / length
     span = length * periods
-    enough = (lanes.zeta * span >= ENOUGH) | ((lanes.zeta == 0.0) & (span >= UNDAMPED))
-    return Exponents(lanes, steps, periods, before, value, error, end, enough)
-
-
-@cache
-def _stretching(law: RestoringLaw, number: int, shared: bool) -> Callable[..., None]:
-    try:
-        return partial(_stretch(shared), advancing(source.advance, law, number, shared))
-    except ImportError:
-        plain = tangent_advancing(law.around(reciprocal(np.sqrt))[number])
-        take = strobing.keep_shared if shared else strobing.take_own
-        return partial(specialise.interpreted(source.stretch, {'take': take}), plain)
-
-
-@cache
-def _stretch(shared: bool) -> Callable[..., None]:
-    from numba import float64, int64, types, void
-
-    pack: Any = types.UniTuple
-    line, grid = float64[::1], float64[:, ::1]
-    one = advance_type(shared)
-    design = one.args[0]
-    signature = void(
-        types.FunctionType(one),
-        pack(grid, 4),
-        design,
-        design,
-        *(grid, line, line, line),
-        int64,
-        *(grid, grid),
-    )
-    take = strobing.keep_shared if shared else strobing.take_own
-    parts: dict[str, Any] = {'board': strobing.board, 'take': take}
-    return specialise.compiled(source.stretch, parts, signature=signature)
+    enough = (runs.zeta * span >= ENOUGH) | ((runs.zeta == 0.0) & (span >= UNDAMPED))
+    return Exponents(runs, steps, periods, before, value, error, end, enough)

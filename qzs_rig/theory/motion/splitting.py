@@ -8,6 +8,8 @@ commute with their own commutators, which this drift, linear in w', does not dis
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from qzs_rig.samples import Array
@@ -46,7 +48,36 @@ def kick_weights(steps: int) -> Array:
     return np.append(KICKS[0], inner)
 
 
-def kick_cosines(steps: int, phase: float = 0.0) -> Array:
-    """(11 steps + 1,) cos(Ωτ + phase) at those kicks, the same for every frequency."""
+class Schedule(NamedTuple):
+    """Kicks of `steps` steps: `weights` (11 steps + 1,), `cosines` (11 steps + 1,) of the base's
+    phase then, `wave` (steps, 2) its cosine and sine at the step ends; `step` is the length of a
+    step in phase. The same for every frequency."""
+
+    weights: Array
+    cosines: Array
+    wave: Array
+    step: float
+
+
+def schedule(steps: int, phase: float = 0.0) -> Schedule:
+    """A period of `steps` that begins at the base's `phase`."""
     when = np.concatenate([[0.0], np.cumsum(np.tile(DRIFTS, steps))]) / steps
-    return np.asarray(np.cos(2.0 * np.pi * when + phase))
+    turned = 2.0 * np.pi * np.arange(1, steps + 1) / steps + phase
+    return Schedule(
+        kick_weights(steps),
+        np.cos(2.0 * np.pi * when + phase),
+        np.stack([np.cos(turned), np.sin(turned)], axis=-1),
+        2.0 * np.pi / steps,
+    )
+
+
+def single_steps(whole: Schedule) -> list[Schedule]:
+    """The steps of a schedule one by one: each ends with a kick of its own, so that the velocity
+    stands at the same time as w."""
+    weights = kick_weights(1)
+    return [
+        Schedule(
+            weights, whole.cosines[STAGES * k :][: STAGES + 1], whole.wave[k : k + 1], whole.step
+        )
+        for k in range(len(whole.wave))
+    ]

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
-from qzs_rig.theory.motion import splitting
-from qzs_rig.theory.motion.lanes import Lanes
-from qzs_rig.theory.motion.strobe_engine import spread, sweeping
-from qzs_rig.theory.motion.strobe_kernel import workspace
+from qzs_rig.theory.motion.batch import WIDTH, Batch
+from qzs_rig.theory.motion.splitting import schedule, single_steps
 
 LONGEST = 16
 """Periods of the longest cycle that is looked for."""
@@ -27,7 +29,7 @@ FAR = 1e6
 
 @dataclass(frozen=True)
 class Stroboscope:
-    """What n runs of `lanes` did, `steps` (n,) a period.
+    """What n runs of `runs` did, `steps` (n,) a period.
 
     `w` and `velocity` (n, keep) stand after each of the last `keep` of `periods`. `period` (n,) is
     1, 2, … where a run repeats itself after that many, 0 where it had not settled by the end, -1
@@ -37,7 +39,7 @@ class Stroboscope:
     `error` (n,) is how much finer steps change w, NaN where that was not measured.
     """
 
-    lanes: Lanes
+    runs: Batch
     steps: NDArray[np.int64]
     periods: int
     w: Array
@@ -54,7 +56,7 @@ class Stroboscope:
     def transmissibility(self) -> NDArray[np.complex128]:
         """(n,) u/v of the fundamentals; its angle is the phase of the top against the base. NaN
         where the base is at rest."""
-        base = np.where(self.lanes.base > 0.0, self.lanes.base, np.nan)
+        base = np.where(self.runs.base > 0.0, self.runs.base, np.nan)
         with np.errstate(invalid='ignore'):
             return np.asarray(1.0 + self.fundamental / base)
 
@@ -65,7 +67,7 @@ class Stroboscope:
 
 
 def strobe(
-    lanes: Lanes,
+    runs: Batch,
     *,
     steps: int,
     periods: int = 500,
@@ -81,44 +83,33 @@ def strobe(
     for the rest. The runs start, and are seen, where the base's phase is `phase`: 0 at its highest,
     π at its lowest. Memory: (2 keep + 16) numbers a run. `workers` threads, by default all cores.
     """
+    from qzs_rig.theory.motion import kernels, sweep
+
     _check(steps, periods, keep)
-    n = len(lanes)
-    points = np.empty((n, 2, keep))
-    period, settled = np.zeros(n, dtype=np.int64), np.full(n, periods, dtype=np.int64)
-    figures = np.empty((n, 6))
-    sweep = sweeping(lanes.law, lanes.number, lanes.shared)
-    turned = 2.0 * np.pi * np.arange(1, steps + 1) / steps + phase
-    schedule = (
-        splitting.DRIFTS,
-        splitting.kick_weights(steps),
-        splitting.kick_cosines(steps, phase),
-        np.ascontiguousarray(np.stack([np.cos(turned), np.sin(turned)], axis=-1)),
-    )
-    limit = min(lanes.law.domain[lanes.number], FAR)
+    n, domain = len(runs), runs.law.domain[runs.number]
+    found = sweep.found(n, periods, keep)
+    advance = kernels.advancing(runs.law, runs.number)
+    rules = sweep.Rules(periods, LONGEST, early, tolerance, float(min(domain, FAR)))
+    period = schedule(steps, phase)
 
     def part(which: slice) -> None:
-        own = lanes[which]
-        design = tuple(own.design.tolist()) if own.shared else own.design
-        work = workspace(steps)
-        block = design if own.shared else np.ones((6, work[0].shape[1]))
-        results = points[which], period[which], settled[which], figures[which]
-        rules = periods, LONGEST, early, tolerance, limit
-        with np.errstate(all='ignore'):
-            sweep(work, design, block, own.table, *schedule, *rules, *results)
+        own = runs[which]
+        result = found.part(which)
+        sweep.sweep(advance, kernels.block(), own.table, own.numbers, period, rules, result)
 
     spread(part, n, workers)
     return Stroboscope(
-        lanes=lanes,
+        runs=runs,
         steps=np.full(n, steps),
         periods=periods,
-        w=points[:, 0],
-        velocity=points[:, 1],
-        period=period,
-        settled=settled,
-        end=figures[:, :2],
-        fundamental=np.asarray((figures[:, 2] - 1j * figures[:, 3]) * (2.0 / steps)),
-        low=figures[:, 4],
-        high=figures[:, 5],
+        w=found.points[:, 0],
+        velocity=found.points[:, 1],
+        period=found.cycle,
+        settled=found.settled,
+        end=found.figures[:, :2],
+        fundamental=np.asarray((found.figures[:, 2] - 1j * found.figures[:, 3]) * (2.0 / steps)),
+        low=found.figures[:, 4],
+        high=found.figures[:, 5],
         error=np.full(n, math.nan),
     )
 
@@ -130,3 +121,51 @@ def _check(steps: int, periods: int, keep: int) -> None:
         raise InputError(f'{periods} periods; give 1 or more')
     if not 0 <= keep <= periods:
         raise InputError(f'{keep} of {periods} periods kept; give 0 to {periods}')
+
+
+def spread(work: Callable[[slice], None], runs: int, workers: int | None) -> None:
+    """`work` on all runs, by threads: kernels let go of the interpreter's lock.
+
+    Even parts: blocks stay full, and no worker waits long for another.
+    """
+    count = workers or os.cpu_count() or 1
+    rounds = min(4, runs // (4 * WIDTH * count)) if count > 1 else 0
+    parts = count * rounds or 1
+    edges = [round(k * runs / parts) for k in range(parts + 1)]
+    tasks = [slice(*pair) for pair in pairwise(edges)]
+    if len(tasks) == 1:
+        work(tasks[0])
+        return
+    with ThreadPoolExecutor(count) as pool:
+        list(pool.map(work, tasks))
+
+
+@dataclass(frozen=True)
+class History:
+    """Relative motion `w` and velocity dw/dτ at `tau`, each (periods · steps + 1,)."""
+
+    tau: Array
+    w: Array
+    velocity: Array
+
+
+def history(run: Batch, periods: int, steps: int, phase: float = 0.0) -> History:
+    """The first of `run` over `periods`, the same numbers as `strobe` gives once a period.
+
+    NaN from where it leaves its law's domain.
+    """
+    from qzs_rig.theory.motion import kernels
+
+    if periods < 1 or steps < 1:
+        raise InputError(f'{periods} periods of {steps} steps; give 1 or more of both')
+    period, block = schedule(steps, phase), kernels.block()
+    kernels.begin(block, 0, run.table, run.numbers, 0, period)
+    advance, limit = kernels.advancing(run.law, run.number), run.law.domain[run.number]
+    out = np.full((periods * steps + 1, 2), np.nan)
+    out[0] = run.w[0], run.velocity[0]
+    for k, step in enumerate(single_steps(period) * periods, start=1):
+        advance(block, step)
+        if not abs(block.w[0, 0]) < limit:
+            break
+        out[k] = block.w[0, 0], block.h[0] * block.y[0, 0]
+    return History(block.h[0] * np.arange(len(out)), out[:, 0], out[:, 1])

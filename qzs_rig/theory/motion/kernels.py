@@ -1,0 +1,166 @@
+"""Runs side by side through one period of the base, compiled: what theory in time is made of.
+
+`advancing` compiles a period around the force of a law. Everything else knows no law: it takes that
+period as an argument and is compiled once. numba keeps all of it on disk, and looks only at the
+file that a kernel stands in: after an edit of a law or of `splitting`, save this file again.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import float64, int64, njit, typeof, types, void
+from numba.extending import register_jitable
+
+from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.restoring.polynomial import cubic_force
+from qzs_rig.mechanics.restoring.roots import fast_rsqrt, teach_numba
+from qzs_rig.samples import Array
+from qzs_rig.theory.motion.batch import DRIVE, LOAD, OMEGA, VELOCITY, WIDTH, ZETA, W
+from qzs_rig.theory.motion.splitting import DRIFTS, STAGES, schedule
+
+SHIFT = 1e-5
+"""Half the base of the difference that is F': SHIFT² F'''/6 and rounding/SHIFT are about 1e-10."""
+
+FAST = {'contract', 'reassoc', 'arcp', 'afn', 'nsz'}
+"""Arithmetic that may be regrouped; numbers that are not finite stay what they are."""
+
+
+class Block(NamedTuple):
+    """WIDTH runs that move together, a column each.
+
+    `w` (m, WIDTH) is the relative motion and, with m = 2, a small disturbance of it; `y` (m, WIDTH)
+    are their velocities over the step `h`, so that no kick needs h. `numbers` (6, WIDTH) are
+    the law's. `decay` and `reach` (12, WIDTH): what a drift leaves of y, and what of it is added to
+    w; the last is no drift. `cos`, `sin` (WIDTH,) are sums of w times those of the base's phase
+    over the step ends of a period, `low` and `high` (WIDTH,) its extremes there.
+    """
+
+    w: Array
+    y: Array
+    numbers: Array
+    decay: Array
+    reach: Array
+    h: Array
+    drive: Array
+    load: Array
+    cos: Array
+    sin: Array
+    low: Array
+    high: Array
+
+
+def block(motions: int = 1) -> Block:
+    """Room for WIDTH runs: their motion and `motions` - 1 disturbances."""
+    pair, stages = np.zeros((2, motions, WIDTH)), np.zeros((2, STAGES + 1, WIDTH))
+    stages[0, STAGES] = 1.0
+    w, y = pair
+    return Block(w, y, np.ones((6, WIDTH)), *stages, *np.zeros((7, WIDTH)))
+
+
+GRID = float64[:, ::1]
+BLOCK, SCHEDULE = typeof(block()), typeof(schedule(1))
+PERIOD = types.FunctionType(void(BLOCK, SCHEDULE))
+"""numba's type of what `advancing` returns."""
+
+
+@cache
+def advancing(law: RestoringLaw, number: int) -> Any:
+    """One period of a Block under the law of a degree of freedom, for the Schedule of a period."""
+    teach_numba()
+    force = cubic_force if law.cubic_only else law.around(fast_rsqrt)[number]
+    register_jitable(error_model='numpy')(force)
+    compiled = njit(
+        void(BLOCK, SCHEDULE), cache=True, nogil=True, error_model='numpy', fastmath=FAST
+    )
+    return compiled(period_around(force))
+
+
+def period_around(force: Any) -> Any:
+    """The period of `advancing`, not compiled."""
+
+    def advance(runs: Any, schedule: Any) -> None:
+        w, y, drive, load = runs.w[0], runs.y[0], runs.drive, runs.load
+        p = runs.numbers
+        p0, p1, p2, p3, p4, p5 = p[0], p[1], p[2], p[3], p[4], p[5]
+        for column in range(WIDTH):
+            runs.cos[column] = runs.sin[column] = 0.0
+            runs.low[column] = runs.high[column] = w[column]
+        for k in range(len(schedule.weights)):
+            # the first kick has no drift before it
+            stage, weight = (k - 1) % STAGES if k > 0 else STAGES, schedule.weights[k]
+            decay, reach, cosine = runs.decay[stage], runs.reach[stage], schedule.cosines[k]
+            for column in range(WIDTH):
+                x = w[column] + reach[column] * y[column]
+                own = p0[column], p1[column], p2[column], p3[column], p4[column], p5[column]
+                push = drive[column] * cosine + load[column] - force(own, x)
+                w[column], y[column] = x, decay[column] * y[column] + weight * push
+            if len(runs.w) > 1:
+                dw, dy = runs.w[1], runs.y[1]
+                for column in range(WIDTH):
+                    own = p0[column], p1[column], p2[column], p3[column], p4[column], p5[column]
+                    x = w[column]
+                    slope = (force(own, x + SHIFT) - force(own, x - SHIFT)) * (0.5 / SHIFT)
+                    dx = dw[column] + reach[column] * dy[column]
+                    dw[column], dy[column] = dx, decay[column] * dy[column] - weight * slope * dx
+            if stage == STAGES - 1:
+                cos, sin = schedule.wave[(k - 1) // STAGES]
+                for column in range(WIDTH):
+                    runs.cos[column] += cos * w[column]
+                    runs.sin[column] += sin * w[column]
+                    runs.low[column] = min(runs.low[column], w[column])
+                    runs.high[column] = max(runs.high[column], w[column])
+
+    return advance
+
+
+@register_jitable
+def begin(runs: Any, column: int, table: Any, numbers: Any, run: int, schedule: Any) -> None:
+    """Put a run, a column of Batch.table and Batch.numbers, at its start into a block."""
+    zeta, h = table[ZETA, run], schedule.step / table[OMEGA, run]
+    for stage in range(STAGES):
+        s = DRIFTS[stage] * h
+        runs.decay[stage, column] = np.exp(-2.0 * zeta * s)
+        far = -np.expm1(-2.0 * zeta * s) / (2.0 * zeta) if zeta > 0.0 else s
+        runs.reach[stage, column] = h * far
+    for row in range(len(numbers)):
+        runs.numbers[row, column] = numbers[row, run]
+    runs.w[0, column], runs.y[0, column] = table[W, run], table[VELOCITY, run] / h
+    runs.h[column], runs.drive[column], runs.load[column] = h, table[DRIVE, run], table[LOAD, run]
+
+
+@njit(void(PERIOD, BLOCK, GRID, GRID, SCHEDULE, int64, GRID, GRID), cache=True, nogil=True)
+def grow(
+    advance: Any,
+    runs: Any,
+    table: Any,
+    numbers: Any,
+    schedule: Any,
+    before: int,
+    growth: Any,
+    ends: Any,
+) -> None:
+    """Fill `growth` (n, periods) with what log |δ| gains in every period, after `before` others.
+
+    δ is the disturbance, obeying δw'' + 2ζ δw' + F'(w) δw = 0 in the same drifts and kicks as w:
+    the exact derivative of the numerical map, but for F', a central difference good to 1e-9. A run
+    that is lost leaves what is not finite. `ends` (n, 2) takes w and w' at the end.
+    """
+    n, periods = growth.shape
+    for first in range(0, n, WIDTH):
+        for column in range(WIDTH):
+            begin(runs, column, table, numbers, min(first + column, n - 1), schedule)
+            runs.w[1, column], runs.y[1, column] = 1.0, 0.0
+        for period in range(before + periods):
+            advance(runs, schedule)
+            for column in range(WIDTH):
+                size = np.sqrt(runs.w[1, column] ** 2 + runs.y[1, column] ** 2)
+                runs.w[1, column] /= size
+                runs.y[1, column] /= size
+                if period >= before and first + column < n:
+                    growth[first + column, period - before] = np.log(size)
+        for column in range(min(WIDTH, n - first)):
+            ends[first + column, 0] = runs.w[0, column]
+            ends[first + column, 1] = runs.h[column] * runs.y[0, column]
