@@ -112,7 +112,7 @@ def backbone(
         size = float(np.linalg.norm(start))
         at = continuation.correct(equations, start, 0.5 * math.log(table.N[k]), plane, size, 1e-10)
         if at is not None:
-            paths = _both_ways(equations, at[0], at[1], (low, high), amplitude, 1)
+            paths = _both_ways(equations, at[0].x, at[0].p, (low, high), amplitude, 1)
             found.append(_backbone(oscillator, equations, paths))
     return tuple(found)
 
@@ -134,7 +134,7 @@ def phase_resonance(oscillator: Oscillator, curve: Backbone) -> Backbone | None:
     start = continuation.correct(equations, x, math.log(omega), plane, size, 1e-10)
     if start is None:
         return None
-    paths = _both_ways(equations, start[0], start[1], bounds, reach, 2)
+    paths = _both_ways(equations, start[0].x, start[0].p, bounds, reach, 2)
     found = _backbone(oscillator, equations, paths)
     drive = np.array([abs(q.x[1]) for q in _joined(paths)])
     return replace(found, drive_hat=drive / found.omega ** (2 - oscillator.falloff))

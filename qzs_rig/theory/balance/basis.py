@@ -124,10 +124,10 @@ def harmonics_of(coefficients: Array) -> int:
 
 def resized(coefficients: Array, harmonics: int) -> Array:
     """Coefficients (..., 2H + 1) with more harmonics, which are 0, or fewer: the highest go."""
-    size = 2 * harmonics + 1
-    there = coefficients[..., :size]
-    room = [(0, 0)] * (coefficients.ndim - 1) + [(0, size - there.shape[-1])]
-    return np.pad(there, room)
+    whole = np.zeros((*coefficients.shape[:-1], 2 * harmonics + 1))
+    kept = min(whole.shape[-1], coefficients.shape[-1])
+    whole[..., :kept] = coefficients[..., :kept]
+    return whole
 
 
 def symmetric(oscillator: Oscillator) -> bool:

@@ -169,10 +169,7 @@ def _moved(
     along /= np.linalg.norm(along)
     guess = other.own(equations.full(last.x))
     found = continuation.correct(other, guess, last.p, along, last.size, task.tolerance)
-    if found is None:
-        return None
-    x, p, _ = found
-    return other, continuation.located(other, x, p, last.size, along)
+    return None if found is None else (other, found[0])
 
 
 def _same(home: Point, equations: Unknowns) -> Point:
@@ -192,6 +189,9 @@ class _Judge:
     equations: Unknowns | None = None
     even: Array | None = None
 
+    def __post_init__(self) -> None:
+        self.mirrored = symmetric(self.task.oscillator)
+
     def __call__(self, point: Point) -> str | None:
         task, equations = self.task, self.equations
         assert equations is not None
@@ -207,7 +207,7 @@ class _Judge:
     def _mirrors(self, x: Array) -> bool:
         """Have the even harmonics changed sign since the last point? They did at the symmetric
         motion between; what follows is the branch's mirror image."""
-        if self.task.odd or not symmetric(self.task.oscillator):
+        if self.task.odd or not self.mirrored:
             return False
         before, self.even = self.even, even_part(x)
         if before is None:

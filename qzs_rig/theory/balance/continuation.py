@@ -91,39 +91,28 @@ def start(equations: Equations, x: Array, p: float, direction: float) -> Point:
     # the path may run at one p: what the slopes leave out, not what p asks for
     ahead = np.linalg.svd(np.column_stack([jacobian * size, slope]))[2][-1]
     sign = ahead[-1] if abs(ahead[-1]) > 1e-9 else 1.0
-    return located(equations, x, p, size, math.copysign(1.0, sign * direction) * ahead)
-
-
-def located(equations: Equations, x: Array, p: float, size: float, like: Array) -> Point:
-    """The point of a solution, its tangent in the half space of `like`."""
-    _, jacobian, slope = _quiet(equations, x, p)
-    right = np.zeros(len(x) + 1)
-    right[-1] = 1.0
-    matrix = _bordered(jacobian, slope, size, like)
-    found = _solved(matrix, right)
-    if found is None:
-        return Point(x, p, like, size)
-    along = np.asarray(found / np.linalg.norm(found))
-    return Point(x, p, along, size, float(np.linalg.slogdet(matrix)[0]))
+    plane = math.copysign(1.0, sign * direction) * ahead
+    return _located(equations, x, p, size, plane)
 
 
 def correct(
     equations: Equations, guess: Array, p: float, plane: Array, size: float, tolerance: float
-) -> tuple[Array, float, int] | None:
-    """The solution nearest `guess`, p in the hyperplane across `plane`, with the iterations it
-    took; None where Newton does not converge."""
+) -> tuple[Point, int] | None:
+    """The solution nearest `guess`, p in the hyperplane across `plane`, its tangent in the half
+    space of `plane`, and the iterations it took; None where Newton does not converge."""
     x, before = np.array(guess), math.inf
     goal = 0.1 * math.sqrt(tolerance)
     for iteration in range(1, 9):
-        residual, jacobian, slope = _quiet(equations, x, p)
-        move = _solved(_bordered(jacobian, slope, size, plane), np.append(residual, 0.0))
-        if move is None:
+        found = _newton(equations, x, p, plane, size)
+        if found is None:
             return None
+        move, along, side = found
         x -= size * move[:-1]
         p -= float(move[-1])
-        length = float(np.linalg.norm(move))
+        length = math.sqrt(move @ move)
         if length <= goal:
-            return x, p, iteration
+            # where Newton steps so little, the tangent before the step is that after it
+            return Point(x, p, along, size, side), iteration
         if length > 2 * before or length > 2.0:
             return None
         before = length
@@ -145,7 +134,8 @@ def walk(
     home = origin or first
     while len(points) < steps.most:
         here = points[-1]
-        ahead, h = _step(equations, here, h, steps)
+        before = points[-2] if len(points) > 1 else None
+        ahead, h = _step(equations, before, here, h, steps)
         if ahead is None:
             return Path(tuple(points), 'no further step converges')
         if len(points) > 4 and _passed(home, here, ahead):
@@ -162,28 +152,35 @@ def walk(
 
 
 def between(
-    equations: Equations, here: Point, ahead: Point, share: float, tolerance: float = 1e-14
+    equations: Equations,
+    here: Point,
+    ahead: Point,
+    share: float,
+    near: tuple[float, Point] | None = None,
+    tolerance: float = 1e-14,
 ) -> Point | None:
     """The point of the path in the plane at `share` of the chord from `here` to `ahead`, its
-    tangent along the chord; None where Newton does not converge."""
-    chord = np.append((ahead.x - here.x) / here.size, ahead.p - here.p)
-    plane = chord / np.linalg.norm(chord)
-    guess = here.x + share * (ahead.x - here.x)
-    p = here.p + share * (ahead.p - here.p)
-    found = correct(equations, guess, p, plane, here.size, tolerance)
-    if found is None:
-        return None
-    return located(equations, *found[:2], here.size, plane)
+    tangent along the chord; None where Newton does not converge. `near`, the point at another
+    share, makes it quicker."""
+    step, rise = ahead.x - here.x, ahead.p - here.p
+    plane = np.append(step / here.size, rise)
+    known, at = near or (0.0, here)
+    x, p = at.x + (share - known) * step, at.p + (share - known) * rise
+    found = correct(equations, x, p, plane / np.linalg.norm(plane), here.size, tolerance)
+    return None if found is None else found[0]
 
 
-def _step(equations: Equations, here: Point, h: float, steps: Steps) -> tuple[Point | None, float]:
+def _step(
+    equations: Equations, before: Point | None, here: Point, h: float, steps: Steps
+) -> tuple[Point | None, float]:
     """The next point, and the length to try after it."""
     while h >= steps.smallest:
-        guess, p = here.x + h * here.size * here.tangent[:-1], here.p + h * here.tangent[-1]
-        found = correct(equations, guess, p, here.tangent, here.size, steps.tolerance)
+        guess = _ahead(before, here, h)
+        found = correct(
+            equations, guess[:-1], float(guess[-1]), here.tangent, here.size, steps.tolerance
+        )
         if found is not None:
-            x, p, iterations = found
-            ahead = located(equations, x, p, here.size, here.tangent)
+            ahead, iterations = found
             angle = math.acos(min(1.0, float(ahead.tangent @ here.tangent)))
             jumped = ahead.side != here.side and h > steps.crossing
             if angle < 2 * steps.turn and not jumped:
@@ -191,6 +188,25 @@ def _step(equations: Equations, here: Point, h: float, steps: Steps) -> tuple[Po
                 return _measured(ahead), min(h * max(0.3, grow), steps.largest)
         h *= 0.5
     return None, h
+
+
+def _ahead(before: Point | None, here: Point, h: float) -> Array:
+    """x and p (n + 1,) a length h ahead, on the cubic that two points and their tangents give."""
+    scale = np.append(np.full(len(here.x), here.size), 1.0)
+    slope = here.tangent * scale
+    place = np.append(here.x, here.p)
+    if before is None:
+        return np.asarray(place + h * slope)
+    chord = place - np.append(before.x, before.p)
+    old = np.append(before.tangent[:-1] * before.size, before.tangent[-1])
+    old /= np.linalg.norm(old / scale)
+    turn = float(np.linalg.norm((slope - old) / scale))
+    # an arc over its chord, to second order
+    length = float(np.linalg.norm(chord / scale)) * (1.0 + turn**2 / 24.0)
+    u = h / length
+    bend = (2.0 * slope + old) * length - 3.0 * chord
+    twist = (slope + old) * length - 2.0 * chord
+    return np.asarray(place + u * length * slope + u**2 * bend + u**3 * twist)
 
 
 def _measured(point: Point) -> Point:
@@ -218,14 +234,36 @@ def _at_bound(
     x = solve(equations, here.x + share * (ahead.x - here.x), bound, steps.tolerance)
     if x is None:
         return None
-    return _measured(located(equations, x, bound, here.size, here.tangent))
+    return _measured(_located(equations, x, bound, here.size, here.tangent))
 
 
-def _bordered(jacobian: Array, slope: Array, size: float, plane: Array) -> Array:
+def _located(equations: Equations, x: Array, p: float, size: float, plane: Array) -> Point:
+    """The point of a solution, its tangent in the half space of `plane`."""
+    found = _newton(equations, x, p, plane, size)
+    return Point(x, p, plane, size) if found is None else Point(x, p, found[1], size, found[2])
+
+
+def _newton(
+    equations: Equations, x: Array, p: float, plane: Array, size: float
+) -> tuple[Array, Array, float] | None:
+    """Newton's move (x over size, p) across `plane`, the unit tangent, and the sign of the
+    determinant; None where the slope is singular or not finite."""
+    from scipy.linalg.lapack import dgesv
+
+    residual, jacobian, slope = _quiet(equations, x, p)
     n = len(slope)
-    matrix = np.empty((n + 1, n + 1))
-    matrix[:n, :n], matrix[:n, n], matrix[n] = jacobian * size, slope, plane
-    return matrix
+    matrix, right = np.empty((n + 1, n + 1), order='F'), np.zeros((n + 1, 2), order='F')
+    np.multiply(jacobian, size, out=matrix[:n, :n])
+    matrix[:n, n], matrix[n] = slope, plane
+    right[:n, 0], right[n, 1] = residual, 1.0
+    if not math.isfinite(matrix.sum() + residual.sum()):
+        return None
+    factors, swaps, found, failed = dgesv(matrix, right, overwrite_a=True, overwrite_b=True)
+    if failed:
+        return None
+    odd = np.count_nonzero(swaps != np.arange(n + 1)) + np.count_nonzero(factors.diagonal() < 0)
+    along = found[:, 1]
+    return found[:, 0], along / math.sqrt(along @ along), -1.0 if odd % 2 else 1.0
 
 
 def _solved(matrix: Array, right: Array) -> Array | None:

@@ -84,14 +84,18 @@ def zero_between(
     change sign, or Newton does not converge on the way."""
     from scipy.optimize import brentq
 
-    known: dict[float, Point | None] = {}
+    known: dict[float, Point] = {}
 
     def value(share: float) -> float:
-        point = known[share] = continuation.between(equations, here, ahead, share)
-        return math.nan if point is None else function(point)
+        nearest = min(known.items(), key=lambda at: abs(at[0] - share), default=None)
+        point = continuation.between(equations, here, ahead, share, nearest)
+        if point is None:
+            return math.nan
+        known[share] = point
+        return function(point)
 
     try:
-        return known[brentq(value, 0.0, 1.0, xtol=1e-13)]
+        return known[brentq(value, 0.0, 1.0, xtol=1e-11)]
     except ValueError:  # brentq's word for both
         return None
 

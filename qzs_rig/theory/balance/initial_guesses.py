@@ -111,16 +111,21 @@ def kicked(
     """Motions at each of `omega` that random disturbances of the `known` ones lead to."""
     rng = np.random.default_rng(seed)
     fading = 0.6 ** np.repeat(np.arange(HARMONICS + 1), 2)[1:]
-    places, starts = [], []
-    for w in omega:
-        for path in known:
-            for x in crossings(path, float(w)):
-                size = np.linalg.norm(x)
-                kick = rng.normal(size=(KICKS, 2 * HARMONICS + 1)) * fading
-                starts.append(resized(x, HARMONICS) + 0.4 * size * kick)
-                places += [float(w)] * KICKS
-    if starts:
-        yield from _converged(oscillator, np.array(places), np.concatenate(starts))
+    here = [
+        (w, resized(x, HARMONICS))
+        for w in omega.tolist()
+        for path in known
+        for x in crossings(path, w)
+    ]
+    if here:
+        places, middle = np.array([w for w, _ in here]), np.array([x for _, x in here])
+        size = np.linalg.norm(middle, axis=1)[:, None, None]
+        kicks = rng.normal(size=(len(here), KICKS, 2 * HARMONICS + 1)) * fading
+        starts = (middle[:, None] + 0.4 * size * kicks).reshape(-1, 2 * HARMONICS + 1)
+        again = list(_converged(oscillator, places, middle))
+        if symmetric(oscillator):
+            again += [(w, mirrored(x)) for w, x in again]
+        yield from _converged(oscillator, np.repeat(places, KICKS), starts, again)
 
 
 def crossings(path: Followed, omega: float) -> list[Array]:
@@ -154,8 +159,7 @@ def is_known(task: Task, known: Sequence[Followed]) -> bool:
 
 
 def _same_motion(task: Task, guess: Array, x: Array) -> bool:
-    most = max(harmonics_of(guess), harmonics_of(x))
-    guess, x = resized(guess, most), resized(x, most)
+    guess = resized(guess, harmonics_of(x))
     size = float(np.linalg.norm(x)) or 1.0
     if np.linalg.norm(guess - x) > 0.1 * size:
         return False
@@ -172,14 +176,18 @@ def _small(oscillator: Oscillator, omega: Array) -> float:
 
 
 def _converged(
-    oscillator: Oscillator, omega: Array, starts: Array
+    oscillator: Oscillator,
+    omega: Array,
+    starts: Array,
+    known: Sequence[tuple[float, Array]] = (),
 ) -> Iterator[tuple[float, Array]]:
-    found = steady(oscillator, omega, starts, _small(oscillator, omega), 25)
-    kept: list[tuple[float, Array]] = []
-    for w, x, good in zip(found.omega, found.coefficients, found.converged, strict=True):
-        if not good or any(
-            w == other and np.linalg.norm(x - y) < 1e-5 * np.linalg.norm(x) for other, y in kept
-        ):
-            continue
-        kept.append((float(w), x))
-    yield from kept
+    found = steady(oscillator, omega, starts, _small(oscillator, omega), 15)
+    others: dict[float, list[Array]] = {w: [] for w in omega.tolist()}
+    for w, x in known:
+        others[w].append(x)
+    for k in np.flatnonzero(found.converged):
+        w, x = float(found.omega[k]), found.coefficients[k]
+        size = np.linalg.norm(x)
+        if not any(np.linalg.norm(x - y) < 1e-5 * size for y in others[w]):
+            others[w].append(x)
+            yield w, x

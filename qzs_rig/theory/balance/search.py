@@ -146,4 +146,4 @@ def _beside(oscillator: Oscillator, omega: float, x: Array) -> tuple[float, Arra
     found = continuation.correct(
         equations, x + 0.05 * size * null, math.log(omega), across, size, 1e-10
     )
-    return None if found is None else (math.exp(found[1]), found[0])
+    return None if found is None else (math.exp(found[0].p), found[0].x)

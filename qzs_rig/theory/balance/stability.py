@@ -9,6 +9,7 @@ monodromy matrix, and in half-odd orders that of det(I + M) (Bolotin 1964; Krack
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,9 +86,7 @@ def _trace(oscillator: Oscillator, omega: Array, x: Array, odd: bool) -> Array:
     swings = share * float(np.sqrt(rough) / omega.min())
     steps = 1 << int(np.ceil(np.log2(max(basis.samples, STEPS_A_SWING * swings, 64))))
     h = 2 * np.pi * share / (steps * omega)[:, None]
-    middle = (np.arange(steps) + 0.5) * share / steps
-    nodes = [middle + side * share / steps for side in (-np.sqrt(3) / 6, np.sqrt(3) / 6)]
-    w = (x @ basis.waves(np.concatenate(nodes)).T).reshape(len(x), 2, steps)
+    w = (x @ _at_nodes(basis, steps, share).T).reshape(len(x), 2, steps)
     first, second = np.moveaxis(oscillator.stiffness(w) + np.zeros_like(w), 1, 0) - (
         oscillator.zeta**2
     )
@@ -96,6 +95,14 @@ def _trace(oscillator: Oscillator, omega: Array, x: Array, odd: bool) -> Array:
         maps = maps[:, 1::2] @ maps[:, ::2]
     decay = np.exp(-oscillator.zeta * h[:, 0] * steps)
     return np.asarray(decay * (maps[:, 0, 0, 0] + maps[:, 0, 1, 1]))
+
+
+@lru_cache(maxsize=8)
+def _at_nodes(basis: Basis, steps: int, share: float) -> Array:
+    """(2 steps, coefficients): the waves at both of Gauss' nodes in each of so many steps."""
+    middle = (np.arange(steps) + 0.5) * share / steps
+    nodes = [middle + side * share / steps for side in (-np.sqrt(3) / 6, np.sqrt(3) / 6)]
+    return basis.waves(np.concatenate(nodes))
 
 
 def _exponentials(h: Array, k: Array, skew: Array) -> Array:
