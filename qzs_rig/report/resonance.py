@@ -84,7 +84,7 @@ def _curve(curve: Backbone) -> dict[str, object]:
         'amplitude': curve.amplitude.tolist(),
         'damping_ratio': curve.damping_ratio.tolist(),
         'drive_hat': curve.drive_hat.tolist(),
-        'ends': list(curve.reasons),
+        'ends': [str(end) for end in curve.ends],
     }
 
 
@@ -94,5 +94,5 @@ def _fold_curve(curve: FoldCurve) -> dict[str, object]:
         'omega': curve.omega.tolist(),
         'T': curve.T.tolist(),
         'amplitude': curve.amplitude.tolist(),
-        'ends': list(curve.reasons),
+        'ends': [str(end) for end in curve.ends],
     }

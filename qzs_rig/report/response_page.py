@@ -115,7 +115,7 @@ def _branch(branch: Branch) -> dict[str, Any]:
         'phase_deg': branch.phase_deg.tolist(),
         'stable': branch.stable.tolist(),
         'symmetric': branch.symmetric,
-        'ends': list(branch.reasons),
+        'ends': [str(end) for end in branch.ends],
         'defect': branch.defect,
     }
 
@@ -168,5 +168,5 @@ def _branch_rows(branches: Iterable[Branch]) -> Iterable[tuple[str, ...]]:
             f'{b.omega.max():.6g}',
             f'{100 * float(np.mean(b.stable)):.0f} %',
             f'{b.T.max():.6g}',
-            ', '.join(dict.fromkeys(b.reasons)),
+            ', '.join(dict.fromkeys(map(str, b.ends))),
         )

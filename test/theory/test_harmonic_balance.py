@@ -12,7 +12,7 @@ from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import Basis, lopsided, mirrored, resized, symmetric
 from qzs_rig.theory.balance.branch import Task, follow, refined
-from qzs_rig.theory.balance.continuation import Point, Steps
+from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop
 from qzs_rig.theory.balance.events import zero_between
 from qzs_rig.theory.balance.harmonic_balance import PARAMETERS, HarmonicBalance, Unknowns, steady
 from qzs_rig.theory.balance.initial_guesses import describing, motions
@@ -137,8 +137,8 @@ def test_a_closed_path_ends_where_it_began():
             return left, np.diag([2 * x[0], 1.0]), np.array([2 * p, 0.0])
 
     first = continuation.start(Circle(), np.array([1.0, 1.0]), 0.0, 1.0)
-    path = continuation.walk(Circle(), first, -2.0, 2.0)
-    assert path.reason == 'closed'
+    path = continuation.follow(Circle(), first, -2.0, 2.0)
+    assert path.stop is Stop.CLOSED
     radius = [math.hypot(q.x[0], q.p) for q in path.points]
     np.testing.assert_allclose(radius, 1.0, atol=1e-9)
     assert min(q.x[0] for q in path.points) < -0.99
@@ -154,8 +154,8 @@ def test_a_path_does_not_jump_to_its_neighbour():
 
     x = np.array([math.sqrt(1 + 1e-5)])
     first = continuation.start(Crossing(), x, -1.0, 1.0)
-    path = continuation.walk(Crossing(), first, -1.0, 1.0)
-    assert path.reason == 'range'
+    path = continuation.follow(Crossing(), first, -1.0, 1.0)
+    assert path.stop is Stop.RANGE
     assert all(q.x[0] > 0 for q in path.points)
     assert path.points[-1].p == 1.0
 
@@ -167,11 +167,11 @@ def test_a_path_that_ends_says_why():
             return np.array([x[0] - p]), np.array([[slope]]), np.array([-1.0])
 
     first = continuation.start(Cliff(), np.array([0.0]), 0.0, 1.0)
-    path = continuation.walk(Cliff(), first, -1.0, 1.0)
-    assert path.reason == 'no further step converges'
+    path = continuation.follow(Cliff(), first, -1.0, 1.0)
+    assert path.stop is Stop.STEP
     assert path.points[-1].p == pytest.approx(0.5, abs=1e-6)
-    short = continuation.walk(Cliff(), first, -1.0, 1.0, steps=Steps(most=3))
-    assert short.reason == '3 points'
+    short = continuation.follow(Cliff(), first, -1.0, 1.0, steps=Steps(most=3))
+    assert str(short.ending) == '3 points'
 
 
 def test_a_zero_between_two_points():
@@ -202,7 +202,7 @@ def test_a_start_that_leads_nowhere():
     nowhere = Task(CLOSED, 0.05, np.full(15, math.nan), 0.02, 1.0)
     assert refined(nowhere) is None
     path = follow(nowhere)
-    assert path.reasons == ('the start does not converge',) * 2
+    assert path.ends == (Ending(Stop.START),) * 2
     assert path.omega.tolist() == [0.05]
 
 

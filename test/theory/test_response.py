@@ -9,6 +9,7 @@ from theory_motions import DUFFING, cubic, integrated, state
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.theory.balance.continuation import Ending, Stop
 from qzs_rig.theory.balance.response import frequency_response, least_branch
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import folds
@@ -42,7 +43,7 @@ def test_duffing_folds_where_nlvib_has_them():
 
 def test_taylor_folds_lie_on_an_isolated_branch(taylor):
     isola = taylor.branches[next(e.branch for e in taylor.events if e.omega < 1.0)]
-    assert isola.reasons == ('closed', 'closed')
+    assert isola.ends == (Ending(Stop.CLOSED),) * 2
     assert sorted(omegas(taylor))[:2] == pytest.approx([0.2071890982, 0.4724070372], abs=1e-8)
 
 
@@ -142,7 +143,7 @@ def test_both_directions_draw_the_same_branch():
     for found in (down, up):
         (branch,) = found.branches
         assert sorted(branch.omega[[0, -1]]) == [0.5, 2.0]
-        assert branch.reasons == ('range', 'range')
+        assert branch.ends == (Ending(Stop.RANGE),) * 2
 
 
 def test_no_motion_at_the_end_is_told():
@@ -158,7 +159,7 @@ def test_broken_symmetry_joins_the_symmetric_branch():
     broken = [branch for branch in found.branches if not branch.symmetric]
     assert len(parting) == 2
     assert len(broken) == 1
-    assert broken[0].reasons == ('symmetry', 'symmetry')
+    assert broken[0].ends == (Ending(Stop.SYMMETRY),) * 2
     assert sorted(broken[0].omega[[0, -1]]) == pytest.approx(parting, abs=1e-12)
     whole = next(branch for branch in found.branches if branch.symmetric)
     between = (whole.omega > parting[0]) & (whole.omega < parting[1])

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.continuation import Path, Point, Steps
+from qzs_rig.theory.balance.continuation import Ending, Path, Point, Steps, Stop
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.balance.initial_guesses import describing
 from qzs_rig.theory.balance.one_thread import one_thread
@@ -39,7 +39,7 @@ class Backbone:
     damping_ratio: Array
     drive_hat: Array
     coefficients: Array
-    reasons: tuple[str, str]
+    ends: tuple[Ending, Ending]
 
 
 @dataclass(frozen=True)
@@ -148,16 +148,18 @@ def _both_ways(
     amplitude: tuple[float, float],
     fundamental: int,
 ) -> tuple[Path, Path]:
-    def judge(point: Point) -> str | None:
+    def judge(point: Point) -> Ending | None:
         W = abs(float(point.x[fundamental]))
         if equations.balance.oscillator.domain < W:
-            return f'the law ends at |w| = {equations.balance.oscillator.domain:g}'
-        return None if amplitude[0] <= W <= amplitude[1] else 'amplitude'
+            return Ending(
+                Stop.DOMAIN, f'the law ends at |w| = {equations.balance.oscillator.domain:g}'
+            )
+        return None if amplitude[0] <= W <= amplitude[1] else Ending(Stop.AMPLITUDE)
 
     low, high = math.log(omega[0]), math.log(omega[1])
     steps = Steps(largest=0.06)
     down, up = (
-        continuation.walk(
+        continuation.follow(
             equations, continuation.start(equations, x, p, way), low, high, judge, steps
         )
         for way in (-1.0, 1.0)
@@ -183,7 +185,7 @@ def _backbone(
         oscillator.zeta / omega,
         drive / omega ** (2 - oscillator.falloff),
         x,
-        (paths[0].reason, paths[1].reason),
+        (paths[0].ending, paths[1].ending),
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import even_part, harmonics_of, resized, symmetric
-from qzs_rig.theory.balance.continuation import Point, Steps
+from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop
 from qzs_rig.theory.balance.harmonic_balance import Unknowns, value_of
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -59,28 +59,40 @@ class Task:
 class Followed:
     """Motions along the path: `coefficients` (n, 2H + 1) where the parameter is `omega` (n,).
 
-    `harmonics` (n,) were needed. `reasons`: why it ended at its first and its last point: 'range',
-    'closed', 'symmetry' (just before it would meet a symmetric branch), or what stopped it.
+    `harmonics` (n,) were needed. `ends`: why it ended at its first and its last point; with
+    Stop.SYMMETRY just before it would meet a symmetric branch.
     """
 
     omega: Array
     coefficients: Array
     harmonics: NDArray[np.int64]
-    reasons: tuple[str, str]
+    ends: tuple[Ending, Ending]
+
+
+_Motions = list[tuple[float, Array]]
+"""Values of the parameter, each with a motion (2H + 1,)."""
 
 
 def follow(task: Task) -> Followed:
     """Both ways from the motion of `task`; first point towards low frequency."""
-    up = _one_way(task, 1.0)
-    closed = up.reason == 'closed'
-    down = _Walk(task) if closed else _one_way(task, -1.0)
-    points = [*reversed(down.points[1:]), *up.points]
+    start = _settled(task)
+    if start is None:
+        ends = (Ending(Stop.START),) * 2
+        return _followed(task, [(task.value, task.coefficients)], ends)
+    up, upper = _one_way(task, *start, 1.0)
+    if upper.stop is Stop.CLOSED:
+        return _followed(task, up, (upper, upper))
+    down, lower = _one_way(task, *start, -1.0)
+    return _followed(task, [*reversed(down[1:]), *up], (lower, upper))
+
+
+def _followed(task: Task, points: _Motions, ends: tuple[Ending, Ending]) -> Followed:
     most = max(harmonics_of(x) for _, x in points)
     return Followed(
         np.array([_bounded(value, task) for value, _ in points]),
         np.array([resized(x, most) for _, x in points]),
         np.array([harmonics_of(x) for _, x in points]),
-        ('closed' if closed else down.reason, up.reason),
+        ends,
     )
 
 
@@ -88,13 +100,6 @@ def _bounded(value: float, task: Task) -> float:
     """The value, a bound exactly where it differs by the rounding of its logarithm."""
     near = min((task.low, task.high), key=lambda bound: abs(value - bound))
     return near if abs(value - near) < 1e-13 * near else value
-
-
-@dataclass
-class _Walk:
-    task: Task
-    points: list[tuple[float, Array]] = field(default_factory=list)
-    reason: str = ''
 
 
 def refined(task: Task) -> Array | None:
@@ -122,46 +127,33 @@ def _settled(task: Task) -> tuple[Unknowns, Array] | None:
     return None
 
 
-def _one_way(task: Task, direction: float) -> _Walk:
-    walk = _Walk(task)
-    found = _settled(task)
-    if found is None:
-        walk.reason = 'the start does not converge'
-        walk.points.append((task.value, task.coefficients))
-        return walk
-    equations, x = found
+def _one_way(
+    task: Task, equations: Unknowns, x: Array, direction: float
+) -> tuple[_Motions, Ending]:
     here = home = continuation.start(equations, x, math.log(task.value), direction)
+    points: _Motions = []
     bounds, judge = (math.log(task.low), math.log(task.high)), _Judge(task)
     while True:
         judge.equations = equations
-        path = continuation.walk(
-            equations,
-            here,
-            *bounds,
-            judge,
-            Steps(tolerance=task.tolerance, most=max(1, MOST - len(walk.points))),
-            _same(home, equations),
-        )
-        if path.reason == 'symmetry':
-            path = replace(path, points=path.points[:-1])
-        known = len(walk.points) > 0
-        walk.points += [(math.exp(q.p), equations.full(q.x)) for q in path.points[known:]]
-        walk.reason = path.reason
-        if path.reason not in ('more', 'fewer'):
-            return walk
-        moved = _moved(task, equations, path.points[-1], path.reason)
+        steps = Steps(tolerance=task.tolerance, most=max(1, MOST - len(points)))
+        path = continuation.follow(equations, here, *bounds, judge, steps, _same(home, equations))
+        found = path.points[:-1] if path.stop is Stop.SYMMETRY else path.points
+        points += [(math.exp(q.p), equations.full(q.x)) for q in found[len(points) > 0 :]]
+        if path.stop not in (Stop.MORE, Stop.FEWER):
+            return points, path.ending
+        moved = _moved(task, equations, found[-1], path.stop)
         if moved is None:
-            walk.reason = f'{equations.harmonics} harmonics do not suffice'
-            return walk
+            detail = f'{equations.harmonics} harmonics do not suffice'
+            return points, Ending(Stop.HARMONICS, detail)
         equations, here = moved
-        walk.points[-1] = math.exp(here.p), equations.full(here.x)
+        points[-1] = math.exp(here.p), equations.full(here.x)
 
 
 def _moved(
-    task: Task, equations: Unknowns, last: Point, reason: str
+    task: Task, equations: Unknowns, last: Point, stop: Stop
 ) -> tuple[Unknowns, Point] | None:
     """The same point in more or fewer harmonics."""
-    place = LADDER.index(equations.harmonics) + (1 if reason == 'more' else -1)
+    place = LADDER.index(equations.harmonics) + (1 if stop is Stop.MORE else -1)
     if place >= len(LADDER):
         return None
     other = task.unknowns(LADDER[place])
@@ -192,16 +184,17 @@ class _Judge:
     def __post_init__(self) -> None:
         self.mirrored = symmetric(self.task.oscillator)
 
-    def __call__(self, point: Point) -> str | None:
+    def __call__(self, point: Point) -> Ending | None:
         task, equations = self.task, self.equations
         assert equations is not None
         w = np.abs(equations.balance.to_time @ point.x).max()
         if w >= 0.9999 * task.oscillator.domain:
-            return f'law {task.oscillator.law.name} ends at |w| = {task.oscillator.domain:g}'
+            detail = f'law {task.oscillator.law.name} ends at |w| = {task.oscillator.domain:g}'
+            return Ending(Stop.DOMAIN, detail)
         if w > FURTHEST * max(1.0, task.oscillator.amplitude):
-            return f'the motion grows beyond {w:.3g}'
+            return Ending(Stop.UNBOUNDED, f'the motion grows beyond {w:.3g}')
         if self._mirrors(equations.full(point.x)):
-            return 'symmetry'
+            return Ending(Stop.SYMMETRY)
         return _due(task, equations, point.x)
 
     def _mirrors(self, x: Array) -> bool:
@@ -216,16 +209,16 @@ class _Judge:
         return float(before[:size] @ self.even[:size]) < 0
 
 
-def _due(task: Task, equations: Unknowns, x: Array) -> str | None:
+def _due(task: Task, equations: Unknowns, x: Array) -> Ending | None:
     harmonics = equations.harmonics
     if task.harmonics is not None:
         return None
     full = equations.full(x)
     if _tail(full, harmonics) > TAIL:
-        return 'more'
+        return Ending(Stop.MORE)
     place = LADDER.index(harmonics)
     if place and _tail(full, LADDER[place - 1]) < 0.03 * TAIL:
-        return 'fewer'
+        return Ending(Stop.FEWER)
     return None
 
 

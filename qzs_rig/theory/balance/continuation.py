@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import Enum
 from typing import Protocol
 
 import numpy as np
@@ -25,7 +26,7 @@ class Equations(Protocol):
 
 @dataclass(frozen=True)
 class Steps:
-    """How a path is walked: lengths of a step, and the angle in rad its direction may turn by.
+    """How a path is followed: lengths of a step, and the angle in rad its direction may turn by.
 
     A step whose end lies on the other side (see Point) has jumped onto another path and is taken
     again, shorter; only below `crossing` it is believed to have passed a point where paths cross.
@@ -55,16 +56,55 @@ class Point:
     side: float = 0.0
 
 
+class Stop(Enum):
+    """Criteria that end a path; the first four are no failure."""
+
+    RANGE = 'range'
+    CLOSED = 'closed'
+    SYMMETRY = 'symmetry'
+    AMPLITUDE = 'amplitude'
+    DOMAIN = 'the law ends'
+    UNBOUNDED = 'the motion grows without bound'
+    TILT = 'the plate turns by more than 1 rad'
+    MORE = 'more harmonics are needed'
+    FEWER = 'fewer harmonics suffice'
+    HARMONICS = 'harmonics do not suffice'
+    START = 'the start does not converge'
+    STEP = 'no further step converges'
+    POINTS = 'too many points'
+
+
+@dataclass(frozen=True)
+class Ending:
+    """Why a path ended; `detail` in words, where there is more to say."""
+
+    stop: Stop
+    detail: str = ''
+
+    @property
+    def early(self) -> bool:
+        """Did something break the path off?"""
+        return self.stop not in (Stop.RANGE, Stop.CLOSED, Stop.SYMMETRY, Stop.AMPLITUDE)
+
+    def __str__(self) -> str:
+        return self.detail or self.stop.value
+
+
 @dataclass(frozen=True)
 class Path:
-    """Points in the order of the walk, and why it ended."""
+    """Points in the order of the steps, and why they end."""
 
     points: tuple[Point, ...]
-    reason: str
+    ending: Ending
+
+    @property
+    def stop(self) -> Stop:
+        """The criterion that ended it."""
+        return self.ending.stop
 
 
-Judge = Callable[[Point], str | None]
-"""Looks at a new point: a reason to end the path with it, or None."""
+Judge = Callable[[Point], Ending | None]
+"""Looks at a new point: why the path ends with it, or None."""
 
 
 def solve(
@@ -119,7 +159,7 @@ def correct(
     return None
 
 
-def walk(
+def follow(
     equations: Equations,
     first: Point,
     low: float,
@@ -137,18 +177,18 @@ def walk(
         before = points[-2] if len(points) > 1 else None
         ahead, h = _step(equations, before, here, h, steps)
         if ahead is None:
-            return Path(tuple(points), 'no further step converges')
+            return Path(tuple(points), Ending(Stop.STEP))
         if len(points) > 4 and _passed(home, here, ahead):
-            return Path((*points, home), 'closed')
+            return Path((*points, home), Ending(Stop.CLOSED))
         if not low <= ahead.p <= high:
             bound = low if ahead.p < low else high
             last = _at_bound(equations, here, ahead, bound, steps)
-            return Path((*points, last) if last else tuple(points), 'range')
+            return Path((*points, last) if last else tuple(points), Ending(Stop.RANGE))
         points.append(ahead)
-        reason = judge(ahead)
-        if reason:
-            return Path(tuple(points), reason)
-    return Path(tuple(points), f'{steps.most} points')
+        ending = judge(ahead)
+        if ending:
+            return Path(tuple(points), ending)
+    return Path(tuple(points), Ending(Stop.POINTS, f'{steps.most} points'))
 
 
 def between(

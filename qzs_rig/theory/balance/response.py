@@ -18,6 +18,7 @@ from qzs_rig.samples import Array
 from qzs_rig.theory.balance import search
 from qzs_rig.theory.balance.basis import harmonics_of, resized
 from qzs_rig.theory.balance.branch import Followed
+from qzs_rig.theory.balance.continuation import Ending
 from qzs_rig.theory.balance.events import (
     Located,
     Stretch,
@@ -45,7 +46,7 @@ class Branch:
     `T` = |u/v| and `phase_deg` of u against v in (-180, 180], `amplitude` of w: of fundamentals.
     `coefficients` (n, 2H + 1) as in HarmonicBalance, of which `harmonics` (n,) were needed.
     `multipliers` (n, 2): Floquet's. `symmetric`: all motions mirror themselves every half period.
-    `reasons`: why it ends at its first and its last point. `defect`: the most that any motion
+    `ends`: why it ends at its first and its last point. `defect`: the most that any motion
     leaves unbalanced in twice the harmonics, over the drive; a large one marks an artefact of too
     few harmonics.
     """
@@ -59,7 +60,7 @@ class Branch:
     harmonics: NDArray[np.int64]
     multipliers: NDArray[np.complex128]
     symmetric: bool
-    reasons: tuple[str, str]
+    ends: tuple[Ending, Ending]
     defect: float = 0.0
 
 
@@ -172,7 +173,7 @@ def _read_off(span: search.Range, paths: search.Found, tell: Progress) -> Freque
         for event in _events(oscillator, k, branch, own)
     )
     onset = sorted(w for branch in branches for w in _onsets(oscillator, branch))
-    early = {reason for b in branches for reason in b.reasons} - set(search.GOOD_ENDS)
+    early = {str(end) for b in branches for end in b.ends if end.early}
     return FrequencyResponse(
         oscillator,
         span.low,
@@ -197,7 +198,7 @@ def _branch(oscillator: Oscillator, path: Followed, odd: bool, floquets: Floquet
         harmonics=path.harmonics,
         multipliers=floquets.multipliers,
         symmetric=odd,
-        reasons=path.reasons,
+        ends=path.ends,
         defect=_defect(oscillator, path),
     )
 

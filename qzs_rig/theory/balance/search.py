@@ -13,6 +13,7 @@ from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import Basis, harmonics_of, lopsided, resized, symmetric
 from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
+from qzs_rig.theory.balance.continuation import Stop
 from qzs_rig.theory.balance.events import Located, Stretch, doubling, locate
 from qzs_rig.theory.balance.harmonic_balance import Unknowns, tangent
 from qzs_rig.theory.balance.initial_guesses import describing, is_known, kicked, one_term
@@ -21,10 +22,6 @@ from qzs_rig.theory.oscillator import Oscillator
 
 BETWEEN = 24
 """Frequencies at which isolated branches are looked for."""
-GOOD_ENDS = ('range', 'closed', 'symmetry')
-"""Ends of a branch that are none of its own: the bounds of the range, its own beginning, and the
-symmetric branch that it parts from."""
-
 Found = list[tuple[Followed, bool]]
 
 
@@ -122,7 +119,7 @@ def _joined(path: Followed, partings: list[Located]) -> Followed:
     """A path that ends before a symmetric motion, with that motion."""
     omega, x, harmonics = path.omega, path.coefficients, path.harmonics
     for end, place in ((1, len(omega)), (0, 0)):
-        if path.reasons[end] == 'symmetry' and partings:
+        if path.ends[end].stop is Stop.SYMMETRY and partings:
             last = path.omega[-end]
             near = min(partings, key=lambda at: abs(math.log(at.omega / last)))
             at = resized(near.coefficients, harmonics_of(x))

@@ -6,6 +6,7 @@ import numpy as np
 
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
+from qzs_rig.theory.balance.continuation import Ending, Stop
 from qzs_rig.theory.balance.response import Branch, Event, FrequencyResponse
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import SingleTerm, folds, onset_omega, single_term
@@ -85,5 +86,5 @@ def _branch(answer: SingleTerm, place: slice, column: int, own: Oscillator) -> B
     unknown = np.full((len(T), 2), np.nan + 0j)
     return Branch(
         omega, T, answer.W[place, column], phase, answer.stable[place, column], coefficients,
-        np.ones(len(T), dtype=np.int64), unknown, True, ('range', 'range'),
+        np.ones(len(T), dtype=np.int64), unknown, True, (Ending(Stop.RANGE),) * 2,
     )  # fmt: skip

@@ -20,7 +20,7 @@ from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation, initial_guesses
 from qzs_rig.theory.balance.basis import harmonics_of, lopsided, symmetric
 from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
-from qzs_rig.theory.balance.continuation import Path, Point, Steps
+from qzs_rig.theory.balance.continuation import Ending, Path, Point, Steps, Stop
 from qzs_rig.theory.balance.events import Located, Stretch, folds, locate, turning
 from qzs_rig.theory.balance.harmonic_balance import (
     PARAMETERS,
@@ -47,7 +47,7 @@ class VariedBranch:
     phase_deg: Array
     stable: NDArray[np.bool_]
     coefficients: Array
-    reasons: tuple[str, str]
+    ends: tuple[Ending, Ending]
     folds: tuple[float, ...]
 
 
@@ -118,7 +118,7 @@ def _branch(path: Followed, task: Task) -> VariedBranch:
         np.degrees(np.angle(ratio)),
         stable,
         path.coefficients,
-        path.reasons,
+        path.ends,
         _folds(path, task),
     )
 
@@ -136,13 +136,13 @@ def _folds(path: Followed, task: Task) -> tuple[float, ...]:
 @dataclass(frozen=True)
 class FoldCurve:
     """Folds `omega` (n,) with `T` and `amplitude` of the motion, while the parameter has
-    `value` (n,); both may turn back. `reasons`: why it ends at its first and last point."""
+    `value` (n,); both may turn back. `ends`: why it ends at its first and last point."""
 
     value: Array
     omega: Array
     T: Array
     amplitude: Array
-    reasons: tuple[str, str]
+    ends: tuple[Ending, Ending]
 
 
 @dataclass(frozen=True)
@@ -229,25 +229,26 @@ def _followed(
     if start is None:
         return None
 
-    def judge(point: Point) -> str | None:
-        return None if omega[0] <= math.exp(point.x[-1]) <= omega[1] else 'range'
+    def judge(point: Point) -> Ending | None:
+        inside = omega[0] <= math.exp(point.x[-1]) <= omega[1]
+        return None if inside else Ending(Stop.RANGE)
 
     ways = []
     for direction in (-1.0, 1.0):
         here = continuation.start(equations, start, math.log(value), direction)
         low, high = math.log(bounds[0]), math.log(bounds[1])
-        ways.append(continuation.walk(equations, here, low, high, judge, Steps(first=0.01)))
-        if ways[-1].reason == 'closed':
-            ways[0] = Path((), 'closed')
+        ways.append(continuation.follow(equations, here, low, high, judge, Steps(first=0.01)))
+        if ways[-1].stop is Stop.CLOSED:
+            ways[0] = Path((), ways[-1].ending)
             break
     points = [*reversed(ways[0].points[1:]), *ways[-1].points]
     points = [point for point in points if judge(point) is None]
     if len(points) < 2:
         return None
-    return _curve(equations, points, (ways[0].reason, ways[-1].reason))
+    return _curve(equations, points, (ways[0].ending, ways[-1].ending))
 
 
-def _curve(equations: Folds, points: Sequence[Point], reasons: tuple[str, str]) -> FoldCurve:
+def _curve(equations: Folds, points: Sequence[Point], ends: tuple[Ending, Ending]) -> FoldCurve:
     value = np.exp([point.p for point in points])
     omega = np.exp([point.x[-1] for point in points])
     w = np.array([point.x[1] - 1j * point.x[2] for point in points])
@@ -257,7 +258,7 @@ def _curve(equations: Folds, points: Sequence[Point], reasons: tuple[str, str]) 
             for v, f in zip(value, omega, strict=True)
         ]
     )
-    return FoldCurve(value, omega, np.abs(1.0 + w / base), np.abs(w), reasons)
+    return FoldCurve(value, omega, np.abs(1.0 + w / base), np.abs(w), ends)
 
 
 def _on(curve: FoldCurve, value: float, omega: float) -> bool:

@@ -74,7 +74,7 @@ def coupled_response(
             for k in read_off.falls(branch.omega, branch.T, branch.stable)
             if (at := plate_stability.onset(pairs[k], number)) is not None
         ]
-    early = {reason for track in found for reason in track.reasons} - {'range', 'closed'}
+    early = {str(end) for track in found for end in track.ends if end.early}
     return FrequencyResponse(
         oscillator,
         low,
@@ -165,7 +165,7 @@ def _branch(
         harmonics=np.full(len(points), balance.harmonics),
         multipliers=np.array(found),
         symmetric=False,
-        reasons=track.reasons,
+        ends=track.ends,
     )
 
     def whole(point: Point) -> Whole:

@@ -10,7 +10,7 @@ import numpy as np
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.continuation import Path, Point, Steps
+from qzs_rig.theory.balance.continuation import Ending, Path, Point, Steps, Stop
 from qzs_rig.theory.balance.response import FrequencyResponse
 from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance, Plate
 
@@ -18,7 +18,6 @@ LADDER = (5, 9, 15, 21)
 """Numbers of harmonics that are tried."""
 TAIL = 1e-7
 """The last two harmonics over all that moves, above which more are taken."""
-GOOD = ('range', 'closed')
 FURTHEST_TILT = 0.5
 """Sine of half the angle, about 1 rad, beyond which arms would collide."""
 LOOSE = 1e-3
@@ -32,7 +31,7 @@ class Track:
 
     balance: CoupledBalance
     points: list[Point]
-    reasons: tuple[str, str]
+    ends: tuple[Ending, Ending]
 
 
 def tracks(plate: Plate, alone: FrequencyResponse, harmonics: int | None) -> list[Track]:
@@ -104,11 +103,11 @@ def _followed(
         track = _both_ways(balance, start, omega, low, high)
         if max(balance.tail(point.x) for point in track.points) < TAIL:
             break
-        if not any('harmonics' in reason or reason in GOOD for reason in track.reasons):
+        if all(end.early and end.stop is not Stop.HARMONICS for end in track.ends):
             break
     if track is None:
         blank = Point(x, math.log(omega), np.zeros(len(x) + 1), 1.0)
-        return Track(CoupledBalance(plate, LADDER[1]), [blank], ('does not converge',) * 2)
+        return Track(CoupledBalance(plate, LADDER[1]), [blank], (Ending(Stop.START),) * 2)
     return track
 
 
@@ -117,20 +116,22 @@ def _both_ways(balance: CoupledBalance, x: Array, omega: float, low: float, high
     for way, bound in ((-1.0, low), (1.0, high)):
         if abs(omega / bound - 1.0) < 1e-12:
             here = continuation.start(balance, x, math.log(omega), way)
-            paths.append(Path((here,), 'range'))
+            paths.append(Path((here,), Ending(Stop.RANGE)))
             continue
         here = continuation.start(balance, x, math.log(omega), way)
         bounds = math.log(low), math.log(high)
-        paths.append(continuation.walk(balance, here, *bounds, lambda q: _judge(balance, q), STEPS))
+        paths.append(
+            continuation.follow(balance, here, *bounds, lambda q: _judge(balance, q), STEPS)
+        )
     points = [*reversed(paths[0].points[1:]), *paths[1].points]
     points = [replace(q, p=min(max(q.p, math.log(low)), math.log(high))) for q in points]
-    return Track(balance, points, (paths[0].reason, paths[1].reason))
+    return Track(balance, points, (paths[0].ending, paths[1].ending))
 
 
-def _judge(balance: CoupledBalance, point: Point) -> str | None:
+def _judge(balance: CoupledBalance, point: Point) -> Ending | None:
     own = point.x.reshape(COORDINATES, -1) @ balance.basis.to_time.T
     if float((own[3:] ** 2).sum(axis=0).max()) > FURTHEST_TILT**2:
-        return 'the plate turns by more than 1 rad'
+        return Ending(Stop.TILT)
     if balance.tail(point.x) > LOOSE:
-        return f'{balance.harmonics} harmonics do not suffice'
+        return Ending(Stop.HARMONICS, f'{balance.harmonics} harmonics do not suffice')
     return None
