@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -14,8 +15,10 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.parameters import RunSpec
 from qzs_rig.report import resonance, response_page
+from qzs_rig.theory.balance.harmonic_balance import VARIED
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
+from qzs_rig.theory.balance.variation import varied_response
 from qzs_rig.theory.coupled.coupled_response import coupled_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS, TRANSLATIONS
@@ -29,6 +32,7 @@ examples:
   qzs-rig frf --law taylor --zeta 0.07 --amplitude 0.6 --omega 0.02:3 --out frf
   qzs-rig frf --law symmetric --single-term         the paper's Eq (29)
   qzs-rig frf --jump-map amplitude --omega 0.1:2    folds over the base amplitude
+  qzs-rig frf --vary amplitude=0.02:0.5 --at 0.8    motions at one frequency over it
 Everything is nondimensional: omega over sqrt(k1/m), motion over L20 or in rad.
 """
 
@@ -69,6 +73,12 @@ def add_to(verbs: Any) -> None:
         choices=('amplitude', 'zeta'),
         help='curves of folds while this varies from a tenth to three times its value too',
     )
+    command.add_argument(
+        '--vary',
+        metavar='NAME=LO:HI',
+        help=f'all motions at --at OMEGA while one of {", ".join(VARIED)} varies too',
+    )
+    command.add_argument('--at', type=float, metavar='OMEGA', help='the frequency of --vary')
     shared.assignments(command)
     shared.out(command, 'folder for figures, page and CSV')
     shared.as_json(command)
@@ -102,6 +112,9 @@ def execute(options: argparse.Namespace) -> int:
             answer = resonance.with_jump_map(
                 answer, oscillator, options.jump_map, (low, high), _teller(progress)
             )
+    if options.vary is not None:
+        varied = varied_response(oscillator, *variation(options.vary, options.at))
+        answer = resonance.with_variation(answer, varied)
     text = answer.text
     if options.out is not None:
         written = response_page.write(options.out, answer)
@@ -168,6 +181,14 @@ def omega_range(text: str) -> tuple[float, float]:
     if not low > 0.0:
         raise InputError(f'--omega {text!r}: the range must rise from above 0')
     return low, high
+
+
+def variation(text: str, omega: float | None) -> tuple[float, str, float, float]:
+    """Frequency, parameter and range of --vary NAME=LO:HI --at OMEGA."""
+    if omega is None or not 0.0 < omega < math.inf:
+        raise InputError(f'--vary {text!r}: give one frequency above 0 with --at, such as --at 0.8')
+    name, _, span = text.partition('=')
+    return omega, name, *oscillating.pair(span, f'--vary {name}')
 
 
 def _paper_amplitude(spec: RunSpec, dof: str) -> float:

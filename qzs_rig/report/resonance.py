@@ -1,4 +1,4 @@
-"""Backbone and jump map beside a frequency response."""
+"""Backbone, jump map and the motions over another parameter, beside a frequency response."""
 
 from __future__ import annotations
 
@@ -8,13 +8,20 @@ from dataclasses import replace
 import numpy as np
 
 from qzs_rig.errors import InputError
+from qzs_rig.report.lines import STROKES, stretches
 from qzs_rig.report.response_page import Answer
 from qzs_rig.report.sheet import Curve, Panel, Sheet, hue
 from qzs_rig.report.table import Table
 from qzs_rig.theory.balance.backbone import Backbone, backbone, phase_resonance
 from qzs_rig.theory.balance.harmonic_balance import value_of
-from qzs_rig.theory.balance.variation import FoldCurve, jump_map
+from qzs_rig.theory.balance.variation import (
+    FoldCurve,
+    VariedBranch,
+    VariedResponse,
+    jump_map,
+)
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import TRANSLATIONS
 
 
 def with_backbone(answer: Answer, oscillator: Oscillator, low: float, high: float) -> Answer:
@@ -72,6 +79,65 @@ def with_jump_map(
         tables=[*answer.tables, Table('jump map', head, rows, labels=1)],
         sheets=[*answer.sheets, sheet] if curves else answer.sheets,
     )
+
+
+def with_variation(answer: Answer, found: VariedResponse) -> Answer:
+    """Motions at one frequency over another parameter."""
+    name, unit = found.parameter, 'w / L20' if found.oscillator.dof in TRANSLATIONS else 'w, rad'
+    sheet = Sheet(
+        'variation',
+        f'Motions at Ω = {found.omega:g} over {name}',
+        'Fundamentals. Unstable motions are dashed.',
+        (
+            Panel('(a) transmissibility', name, '|u / v|', _varied(found, 'T'), 'xy', 1.0),
+            Panel('(b) relative motion', name, unit, _varied(found, 'amplitude'), 'xy'),
+        ),
+    )
+    rows = tuple(
+        (
+            f'{k + 1}',
+            f'{len(b.value)}',
+            *_ends(b.value),
+            f'{100 * float(np.mean(b.stable)):.0f} %',
+            ', '.join(f'{value:.8g}' for value in b.folds) or 'none',
+        )
+        for k, b in enumerate(found.branches)
+    )
+    head = ('branch', 'points', f'{name} from', 'to', 'stable', 'folds')
+    document = {
+        'parameter': name,
+        'omega': found.omega,
+        'branches': [_varied_branch(b) for b in found.branches],
+    }
+    return replace(
+        answer,
+        document=answer.document | {'variation': document},
+        tables=[*answer.tables, Table(f'at omega {found.omega:g}', head, rows, labels=1)],
+        sheets=[*answer.sheets, sheet] if found.branches else answer.sheets,
+    )
+
+
+def _varied(found: VariedResponse, what: str) -> tuple[Curve, ...]:
+    return tuple(
+        Curve(
+            f'motions {k + 1}',
+            b.value,
+            np.where(own, getattr(b, what), np.nan),
+            hue(k),
+            STROKES[stable],
+        )
+        for k, b in enumerate(found.branches)
+        for stable, own in stretches(b.stable)
+    )
+
+
+def _varied_branch(branch: VariedBranch) -> dict[str, object]:
+    columns = ('value', 'T', 'amplitude', 'phase_deg', 'stable')
+    return {
+        **{name: getattr(branch, name).tolist() for name in columns},
+        'folds': list(branch.folds),
+        'ends': [str(end) for end in branch.ends],
+    }
 
 
 def _ends(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[str, str]:

@@ -111,6 +111,26 @@ def test_backbone_and_jump_map(told, tmp_path):
     assert 'backbone.svg' in names
 
 
+def test_motions_over_another_parameter(told, tmp_path):
+    words = ('--law', 'taylor', '--zeta', '0.1', '--amplitude', '0.05', '--omega', '0.2:1')
+    _, out, _ = told(
+        *words, '--vary', 'zeta=0.05:0.3', '--at', '0.5', '--out', str(tmp_path / 'new'), '--json'
+    )
+    document = json.loads(out)
+    varied = document['variation']
+    assert (varied['parameter'], varied['omega']) == ('zeta', 0.5)
+    value, T = (varied['branches'][0][name] for name in ('value', 'T'))
+    assert sorted({value[0], value[-1]}) == [0.05, 0.3]
+    # both cross at the values of the other: lines between points of either
+    at = np.interp(0.1, *zip(*sorted(zip(value, T, strict=True)), strict=True))
+    branch = document['branches'][0]
+    beside = np.interp(
+        0.5, *zip(*sorted(zip(branch['omega'], branch['T'], strict=True)), strict=True)
+    )
+    assert at == pytest.approx(beside, rel=1e-2)
+    assert 'variation.svg' in {path.name for path in (tmp_path / 'new').iterdir()}
+
+
 def test_files(told, tmp_path):
     code, out, _ = told('--zeta', '0.1', *QUICK, '--out', str(tmp_path), '--json')
     document = json.loads(out)
@@ -157,6 +177,9 @@ def test_the_coupled_platform(told):
         (('--harmonics', '0'), '--harmonics 0: give 1 to 512'),
         (('--single-term', '--set', 'platform.payload_trim=1'), 'knows no load'),
         (('--jump-map', 'zeta', '--zeta', '0', '--single-term'), 'give a value above 0'),
+        (('--single-term', '--vary', 'zeta=0.1:0.2'), 'give one frequency above 0 with --at'),
+        (('--single-term', '--vary', 'mass=1:2', '--at', '1'), "unknown parameter 'mass'"),
+        (('--single-term', '--vary', 'zeta=1', '--at', '1'), "--vary zeta '1': write LO:HI"),
     ],
 )
 def test_refusals(told, words, message):

@@ -24,6 +24,7 @@ from qzs_rig.theory.oscillator import Oscillator
 RATIOS = ('A', 'k3', 'L1', 'L0')
 PARAMETERS = ('omega', 'amplitude', 'zeta', *RATIOS)
 """What a branch can be followed over."""
+VARIED = PARAMETERS[1:]
 _STEP = 1e-5
 
 

@@ -23,7 +23,7 @@ from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
 from qzs_rig.theory.balance.continuation import Ending, Path, Point, Steps, Stop
 from qzs_rig.theory.balance.events import Located, Stretch, folds, locate, turning
 from qzs_rig.theory.balance.harmonic_balance import (
-    PARAMETERS,
+    VARIED,
     HarmonicBalance,
     transmissibility,
     with_value,
@@ -65,7 +65,7 @@ class VariedResponse:
 def varied_response(
     oscillator: Oscillator, omega: float, parameter: str, low: float, high: float
 ) -> VariedResponse:
-    """Motions at `omega` for `parameter` (one of PARAMETERS but omega) within [low, high].
+    """Motions at `omega` for `parameter` (one of VARIED) within [low, high].
 
     Raises InputError for another parameter, and for a range that does not rise from above 0.
     """
@@ -87,8 +87,8 @@ def varied_response(
 
 
 def _check(parameter: str, low: float, high: float) -> None:
-    if parameter not in PARAMETERS[1:]:
-        raise InputError(f'unknown parameter {parameter!r}; known: {", ".join(PARAMETERS[1:])}')
+    if parameter not in VARIED:
+        raise InputError(f'unknown parameter {parameter!r}; known: {", ".join(VARIED)}')
     if not 0.0 < low < high < math.inf:
         raise InputError(f'{parameter} {low:g}:{high:g}: give a range that rises from above 0')
 
