@@ -129,7 +129,7 @@ def ours(harmonics: int, repeats: int) -> None:
         whole = best(lambda a=(own, low, high): frequency_response(*a), max(2, repeats // 10))
         print(
             f'{name:30}{n:7}{1e3 * spent:8.2f}{1e6 * spent / n:10.0f}{1e3 * whole:9.0f}  '
-            f'{curve.stable.sum()}, {" and ".join(curve.reasons)}'
+            f'{curve.stable.sum()}, {" and ".join(map(str, curve.ends))}'
         )
 
 
