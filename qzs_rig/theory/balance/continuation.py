@@ -149,7 +149,7 @@ def correct(
         move, along, side = found
         x -= size * move[:-1]
         p -= float(move[-1])
-        length = math.sqrt(move @ move)
+        length = _length(move)
         if length <= goal:
             # where Newton steps so little, the tangent before the step is that after it
             return Point(x, p, along, size, side), iteration
@@ -203,10 +203,10 @@ def between(
     tangent along the chord; None where Newton does not converge. `near`, the point at another
     share, makes it quicker."""
     step, rise = ahead.x - here.x, ahead.p - here.p
-    plane = np.append(step / here.size, rise)
+    plane = _joined(step / here.size, rise)
     known, at = near or (0.0, here)
     x, p = at.x + (share - known) * step, at.p + (share - known) * rise
-    found = correct(equations, x, p, plane / np.linalg.norm(plane), here.size, tolerance)
+    found = correct(equations, x, p, plane / _length(plane), here.size, tolerance)
     return None if found is None else found[0]
 
 
@@ -232,17 +232,16 @@ def _step(
 
 def _ahead(before: Point | None, here: Point, h: float) -> Array:
     """x and p (n + 1,) a length h ahead, on the cubic that two points and their tangents give."""
-    scale = np.append(np.full(len(here.x), here.size), 1.0)
-    slope = here.tangent * scale
-    place = np.append(here.x, here.p)
+    scale = _joined(np.full(len(here.x), here.size), 1.0)
+    slope, place = here.tangent * scale, _joined(here.x, here.p)
     if before is None:
         return np.asarray(place + h * slope)
-    chord = place - np.append(before.x, before.p)
-    old = np.append(before.tangent[:-1] * before.size, before.tangent[-1])
-    old /= np.linalg.norm(old / scale)
-    turn = float(np.linalg.norm((slope - old) / scale))
+    chord = place - _joined(before.x, before.p)
+    old = _joined(before.tangent[:-1] * before.size, before.tangent[-1])
+    old /= _length(old / scale)
+    turn = _length((slope - old) / scale)
     # an arc over its chord, to second order
-    length = float(np.linalg.norm(chord / scale)) * (1.0 + turn**2 / 24.0)
+    length = _length(chord / scale) * (1.0 + turn**2 / 24.0)
     u = h / length
     bend = (2.0 * slope + old) * length - 3.0 * chord
     twist = (slope + old) * length - 2.0 * chord
@@ -251,20 +250,20 @@ def _ahead(before: Point | None, here: Point, h: float) -> Array:
 
 def _measured(point: Point) -> Point:
     """The point with `size` that of its own x."""
-    size = float(np.linalg.norm(point.x)) or point.size
-    along = np.append(point.tangent[:-1] * (point.size / size), point.tangent[-1])
-    return replace(point, tangent=along / np.linalg.norm(along), size=size)
+    size = _length(point.x) or point.size
+    along = _joined(point.tangent[:-1] * (point.size / size), point.tangent[-1])
+    return replace(point, tangent=along / _length(along), size=size)
 
 
 def _passed(home: Point, here: Point, ahead: Point) -> bool:
     """Does the step from `here` to `ahead` pass `home`, in its direction?"""
-    behind = np.append((home.x - here.x) / home.size, home.p - here.p)
-    step = np.append((ahead.x - here.x) / home.size, ahead.p - here.p)
-    length = float(np.linalg.norm(step))
+    behind = _joined((home.x - here.x) / home.size, home.p - here.p)
+    step = _joined((ahead.x - here.x) / home.size, ahead.p - here.p)
+    length = _length(step)
     share = float(behind @ step) / length**2
     if not 0.0 < share <= 1.0 or float(step @ home.tangent) < 0.5 * length:
         return False
-    return float(np.linalg.norm(behind - share * step)) < 0.2 * length
+    return _length(behind - share * step) < 0.2 * length
 
 
 def _at_bound(
@@ -303,7 +302,7 @@ def _newton(
         return None
     odd = np.count_nonzero(swaps != np.arange(n + 1)) + np.count_nonzero(factors.diagonal() < 0)
     along = found[:, 1]
-    return found[:, 0], along / math.sqrt(along @ along), -1.0 if odd % 2 else 1.0
+    return found[:, 0], along / _length(along), -1.0 if odd % 2 else 1.0
 
 
 def _solved(matrix: Array, right: Array) -> Array | None:
@@ -318,3 +317,14 @@ def _solved(matrix: Array, right: Array) -> Array | None:
 def _quiet(equations: Equations, x: Array, p: float) -> tuple[Array, Array, Array]:
     with np.errstate(all='ignore'):
         return equations.linearised(x, p)
+
+
+def _joined(x: Array, p: float) -> Array:
+    """(n + 1,): a part in x and one in p."""
+    whole = np.empty(len(x) + 1)
+    whole[:-1], whole[-1] = x, p
+    return whole
+
+
+def _length(vector: Array) -> float:
+    return math.sqrt(vector @ vector)

@@ -116,7 +116,7 @@ def tangent(
 
 def _spread(stiffness: Any, w: Array) -> Array:
     """A linear law's stiffness is one number."""
-    return np.asarray(np.broadcast_to(stiffness, w.shape))
+    return np.asarray(stiffness + np.zeros_like(w))
 
 
 @dataclass(frozen=True)
