@@ -146,6 +146,26 @@ def test_both_directions_draw_the_same_branch():
         assert branch.ends == (Ending(Stop.RANGE),) * 2
 
 
+@pytest.mark.parametrize('falloff', [0, 1, 2])
+def test_the_peak_lies_where_the_curve_stands_still(falloff):
+    own = Oscillator(cubic(1.0, 0.05), 'vertical', PAPER_DESIGN, 0.1, 0.2, falloff=falloff)
+    omega, T = frequency_response(own, 0.2, 2.5, isolas=False).peak
+    # the square of a thousandth of the frequency off the peak
+    for beside in (omega * 0.999, omega * 1.001):
+        near = frequency_response(own, beside, 2.5, isolas=False).branches[0].T
+        ends = near[0], near[-1]
+        assert max(ends) < T
+        assert max(ends) == pytest.approx(T, rel=1e-4)
+
+
+def test_a_peak_at_a_fold():
+    found = frequency_response(DUFFING, 0.5, 2.0)
+    fold = max(found.folds, key=lambda event: event.omega)
+    # light damping: the curve stands still just before it folds
+    assert found.peak[1] >= max(fold.T, found.branches[0].T[found.branches[0].stable].max())
+    assert found.peak[0] == pytest.approx(fold.omega, rel=1e-2)
+
+
 def test_no_motion_at_the_end_is_told():
     own = oscillator('closed_form', 'horizontal_rotation', PAPER_DESIGN, 0.05, 1.5)
     found = least_branch(own, 0.5, 2.0, 'down', 7)

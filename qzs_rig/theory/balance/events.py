@@ -118,6 +118,15 @@ def crossing(unknowns: Unknowns, point: Point) -> float:
     return float(np.log(np.abs(transmissibility(oscillator, np.array([omega]), x[None])[0])))
 
 
+def topping(unknowns: Unknowns, point: Point) -> float:
+    """0 where T is largest, or smallest, along a path over frequency."""
+    oscillator, omega = unknowns.at(point.p)
+    x, step = unknowns.full(point.x), point.size * unknowns.full(point.tangent[:-1])
+    base, rise = float(oscillator.base(omega)), float(point.tangent[-1])
+    w, move = complex(x[1], -x[2]) / base, complex(step[1], -step[2]) / base
+    return float(((1.0 + w).conjugate() * (move + oscillator.falloff * rise * w)).real)
+
+
 def locate(stretch: Stretch, zero: Zero) -> Located | None:
     """The event of `zero` on a stretch; None where it does not change sign there."""
     harmonics, before = stretch.harmonics, None

@@ -6,7 +6,7 @@ symmetry-broken ones from where they part.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -28,6 +28,7 @@ from qzs_rig.theory.balance.events import (
     falls,
     folds,
     locate,
+    topping,
     turning,
 )
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, Unknowns, transmissibility
@@ -82,7 +83,8 @@ class Event:
 @dataclass(frozen=True)
 class FrequencyResponse:
     """All branches found within [low, high], events by branch, `onset_omega` ascending: where T of
-    stable motion falls below 1 as frequency rises. `reason` says where a branch ended early."""
+    stable motion falls below 1 as frequency rises. `reason` says where a branch ended early.
+    `peak` is (Ω, T) of the largest T on a stable branch, None where nothing is stable."""
 
     oscillator: Oscillator
     low: float
@@ -91,6 +93,7 @@ class FrequencyResponse:
     events: tuple[Event, ...]
     onset_omega: tuple[float, ...]
     reason: str | None
+    peak: tuple[float, float] | None = None
 
     @property
     def folds(self) -> tuple[Event, ...]:
@@ -102,16 +105,21 @@ class FrequencyResponse:
         """The most that any motion needed."""
         return max((int(branch.harmonics.max()) for branch in self.branches), default=0)
 
-    @property
-    def peak(self) -> tuple[float, float] | None:
-        """(Ω, T) of the largest T on a stable branch; None where nothing is stable."""
-        found = [
-            (float(b.T[k]), float(b.omega[k]))
-            for b in self.branches
-            for k in np.flatnonzero(b.stable)
-        ]
-        T, omega = max(found, default=(0.0, 0.0))
-        return (omega, T) if found else None
+
+def highest(branches: Sequence[Branch]) -> tuple[int, int] | None:
+    """Number of a branch and place on it: the point of largest T that is stable."""
+    found = [
+        (float(b.T[k]), number, int(k))
+        for number, b in enumerate(branches)
+        for k in np.flatnonzero(b.stable)
+    ]
+    return max(found)[1:] if found else None
+
+
+def peak_among(branches: Sequence[Branch]) -> tuple[float, float] | None:
+    """(Ω, T) of the highest stable point."""
+    at = highest(branches)
+    return at and (float(branches[at[0]].omega[at[1]]), float(branches[at[0]].T[at[1]]))
 
 
 @one_thread
@@ -182,7 +190,33 @@ def _read_off(span: search.Range, paths: search.Found, tell: Progress) -> Freque
         events,
         tuple(onset),
         '; '.join(sorted(early)) or (None if branches else 'no steady motion was found'),
+        _peak(oscillator, branches, events),
     )
+
+
+def _peak(
+    oscillator: Oscillator, branches: Sequence[Branch], events: Sequence[Event]
+) -> tuple[float, float] | None:
+    """About the highest point: where T stands still between stable points, or its branch folds."""
+    at = highest(branches)
+    if at is None:
+        return None
+    number, k = at
+    branch, found = branches[number], [peak_among(branches)]
+    for place in range(max(k - 1, 0), min(k + 1, len(branch.omega) - 1)):
+        reach = abs(branch.omega[place + 1] - branch.omega[place])
+        if branch.stable[place] and branch.stable[place + 1]:
+            top = _at(oscillator, branch, place, topping)
+            if top is not None:
+                event = _event(oscillator, 'peak', number, top)
+                found.append((event.omega, event.T))
+        found += [
+            (event.omega, event.T)
+            for event in events
+            if (event.kind, event.branch) == ('fold', number)
+            and abs(event.omega - branch.omega[k]) <= reach
+        ]
+    return max((each for each in found if each), key=lambda each: each[1])
 
 
 def _branch(oscillator: Oscillator, path: Followed, odd: bool, floquets: Floquet) -> Branch:

@@ -7,7 +7,7 @@ import numpy as np
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.continuation import Ending, Stop
-from qzs_rig.theory.balance.response import Branch, Event, FrequencyResponse
+from qzs_rig.theory.balance.response import Branch, Event, FrequencyResponse, peak_among
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import SingleTerm, folds, onset_omega, single_term
 
@@ -31,14 +31,16 @@ def single_term_response(oscillator: Oscillator, low: float, high: float) -> Fre
     omega = _frequencies(low, high, edges)
     answer = single_term(*law, oscillator.base(omega), omega)
     onset = onset_omega(*law, oscillator.amplitude, oscillator.falloff)
+    branches = _branches(answer, oscillator)
     return FrequencyResponse(
         oscillator,
         low,
         high,
-        _branches(answer, oscillator),
+        branches,
         tuple(_fold(law, oscillator, float(edge)) for edge in edges),
         () if onset is None or not low <= onset <= high else (onset,),
         None,
+        peak_among(branches),
     )
 
 

@@ -28,6 +28,7 @@ from qzs_rig.theory.balance.response import (
     FrequencyResponse,
     Progress,
     frequency_response,
+    peak_among,
 )
 from qzs_rig.theory.coupled import plate_stability
 from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance, Plate
@@ -83,6 +84,7 @@ def coupled_response(
         tuple(events),
         tuple(sorted(onsets)),
         '; '.join(sorted(early)) or (None if found else 'no steady motion was found'),
+        peak_among(branches),
     )
 
 
@@ -111,7 +113,13 @@ def _on_its_axis(alone: FrequencyResponse, own: Plate, tell: Progress) -> Freque
         events += [e for e in alone.events if e.kind == 'fold' and e.branch == number]
         events += _events(judged, pairs, number, folds=False)
     onset = tuple(w for w in alone.onset_omega if any(_is_stable(b, w) for b in branches))
-    return replace(alone, branches=tuple(branches), events=tuple(events), onset_omega=onset)
+    return replace(
+        alone,
+        branches=tuple(branches),
+        events=tuple(events),
+        onset_omega=onset,
+        peak=peak_among(branches),
+    )
 
 
 def _judged(branch: Branch, found: np.ndarray[tuple[int, int], np.dtype[np.complex128]]) -> Branch:
