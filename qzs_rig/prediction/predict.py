@@ -14,7 +14,7 @@ from qzs_rig.prediction import curve, one_term
 from qzs_rig.prediction.curve import Branch, Prediction
 from qzs_rig.prediction.scale import Scale
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import response
+from qzs_rig.theory.balance import events, response
 from qzs_rig.theory.balance.response import Event, FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
@@ -90,13 +90,10 @@ def _folds(found: FrequencyResponse, number: int) -> list[Event]:
 
 def _path(branch: response.Branch, folds: list[Event], rest: float) -> _Path:
     """The branch with its folds put in where the frequency turns."""
-    # the end of the range may be there twice, but for its last bit
-    moved = np.abs(np.diff(branch.omega, prepend=0.0)) > 1e-12 * branch.omega
-    omega, stable = branch.omega[moved], branch.stable[moved]
-    columns = [omega, branch.T[moved], np.radians(branch.phase_deg[moved])]
-    columns.append(_stroke(branch.coefficients[moved], rest))
-    rising = np.diff(omega) > 0
-    turns = (np.flatnonzero(rising[:-1] != rising[1:]) + 1).tolist()
+    omega, stable = branch.omega, branch.stable
+    columns = [omega, branch.T, np.radians(branch.phase_deg)]
+    columns.append(_stroke(branch.coefficients, rest))
+    turns = events.turns(omega).tolist()
     if len(turns) != len(folds):  # one could not be located: the turning point stands for it
         return _as_path(columns, stable, turns)
     places = [k if abs(omega[k - 1] - fold.omega) < abs(omega[k + 1] - fold.omega) else k + 1

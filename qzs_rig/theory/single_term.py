@@ -219,18 +219,11 @@ def _sign_changes(function: Callable[[Any], Any]) -> Array:
     turns = polynomial.deriv().roots().real
     marks = np.unique([1e-12 * far, *turns[(turns > 1e-12 * far) & (turns < far)], far])
     signs = np.sign([function(float(mark)) for mark in marks])
+    from scipy.optimize import brentq
+
     changes = np.flatnonzero(signs[:-1] * signs[1:] < 0)
-    return np.array([_bisect(function, float(marks[k]), float(marks[k + 1])) for k in changes])
-
-
-def _bisect(function: Callable[[float], float], low: float, high: float) -> float:
-    rising = function(high) > 0
-    while low < (middle := 0.5 * (low + high)) < high:
-        if (function(middle) > 0) == rising:
-            high = middle
-        else:
-            low = middle
-    return high
+    smallest = {'xtol': 1e-300, 'rtol': 4 * np.finfo(float).eps}
+    return np.array([brentq(function, marks[k], marks[k + 1], **smallest) for k in changes])
 
 
 def _check(zeta: float, amplitude: Array, omega: Array) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.continuation import Ending, Path, Point, Steps, Stop
+from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop, WholePath
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.balance.initial_guesses import describing
 from qzs_rig.theory.balance.one_thread import one_thread
@@ -112,8 +112,8 @@ def backbone(
         size = float(np.linalg.norm(start))
         at = continuation.correct(equations, start, 0.5 * math.log(table.N[k]), plane, size, 1e-10)
         if at is not None:
-            paths = _both_ways(equations, at[0].x, at[0].p, (low, high), amplitude, 1)
-            found.append(_backbone(oscillator, equations, paths))
+            path = _followed(equations, at[0], (low, high), amplitude, 1)
+            found.append(_backbone(oscillator, equations, path))
     return tuple(found)
 
 
@@ -134,20 +134,19 @@ def phase_resonance(oscillator: Oscillator, curve: Backbone) -> Backbone | None:
     start = continuation.correct(equations, x, math.log(omega), plane, size, 1e-10)
     if start is None:
         return None
-    paths = _both_ways(equations, start[0].x, start[0].p, bounds, reach, 2)
-    found = _backbone(oscillator, equations, paths)
-    drive = np.array([abs(q.x[1]) for q in _joined(paths)])
+    path = _followed(equations, start[0], bounds, reach, 2)
+    found = _backbone(oscillator, equations, path)
+    drive = np.array([abs(q.x[1]) for q in path.points])
     return replace(found, drive_hat=drive / found.omega ** (2 - oscillator.falloff))
 
 
-def _both_ways(
+def _followed(
     equations: Free | Resonant,
-    x: Array,
-    p: float,
+    start: Point,
     omega: tuple[float, float],
     amplitude: tuple[float, float],
     fundamental: int,
-) -> tuple[Path, Path]:
+) -> WholePath:
     def judge(point: Point) -> Ending | None:
         W = abs(float(point.x[fundamental]))
         if equations.balance.oscillator.domain < W:
@@ -157,26 +156,14 @@ def _both_ways(
         return None if amplitude[0] <= W <= amplitude[1] else Ending(Stop.AMPLITUDE)
 
     low, high = math.log(omega[0]), math.log(omega[1])
-    steps = Steps(largest=0.06)
-    down, up = (
-        continuation.follow(
-            equations, continuation.start(equations, x, p, way), low, high, judge, steps
-        )
-        for way in (-1.0, 1.0)
+    return continuation.both_ways(
+        equations, start.x, start.p, low, high, judge, Steps(largest=0.06)
     )
-    return down, up
 
 
-def _joined(paths: tuple[Path, Path]) -> list[Point]:
-    return [*reversed(paths[0].points[1:]), *paths[1].points]
-
-
-def _backbone(
-    oscillator: Oscillator, equations: Free | Resonant, paths: tuple[Path, Path]
-) -> Backbone:
-    points = _joined(paths)
-    omega = np.exp([q.p for q in points])
-    x = np.array([equations.full(q.x) for q in points])
+def _backbone(oscillator: Oscillator, equations: Free | Resonant, path: WholePath) -> Backbone:
+    omega = np.exp([q.p for q in path.points])
+    x = np.array([equations.full(q.x) for q in path.points])
     W = np.hypot(x[:, 1], x[:, 2])
     drive = 2 * oscillator.zeta * omega * _lost(x)
     return Backbone(
@@ -185,7 +172,7 @@ def _backbone(
         oscillator.zeta / omega,
         drive / omega ** (2 - oscillator.falloff),
         x,
-        (paths[0].ending, paths[1].ending),
+        path.ends,
     )
 
 

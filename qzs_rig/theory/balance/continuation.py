@@ -182,13 +182,39 @@ def follow(
             return Path((*points, home), Ending(Stop.CLOSED))
         if not low <= ahead.p <= high:
             bound = low if ahead.p < low else high
-            last = _at_bound(equations, here, ahead, bound, steps)
+            there = abs(here.p - bound) < 1e-12
+            last = None if there else _at_bound(equations, here, ahead, bound, steps)
             return Path((*points, last) if last else tuple(points), Ending(Stop.RANGE))
         points.append(ahead)
         ending = judge(ahead)
         if ending:
             return Path(tuple(points), ending)
     return Path(tuple(points), Ending(Stop.POINTS, f'{steps.most} points'))
+
+
+@dataclass(frozen=True)
+class WholePath:
+    """Points from the low end of a path to its high one, and why it ends at either."""
+
+    points: tuple[Point, ...]
+    ends: tuple[Ending, Ending]
+
+
+def both_ways(
+    equations: Equations,
+    x: Array,
+    p: float,
+    low: float,
+    high: float,
+    judge: Judge = lambda _: None,
+    steps: Steps = Steps(),
+) -> WholePath:
+    """`follow` up and down from the solution x at p; a closed path is followed once."""
+    up = follow(equations, start(equations, x, p, 1.0), low, high, judge, steps)
+    if up.stop is Stop.CLOSED:
+        return WholePath(up.points, (up.ending, up.ending))
+    down = follow(equations, start(equations, x, p, -1.0), low, high, judge, steps)
+    return WholePath((*reversed(down.points[1:]), *up.points), (down.ending, up.ending))
 
 
 def between(

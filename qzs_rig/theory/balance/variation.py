@@ -20,7 +20,7 @@ from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation, initial_guesses
 from qzs_rig.theory.balance.basis import harmonics_of, lopsided, symmetric
 from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
-from qzs_rig.theory.balance.continuation import Ending, Path, Point, Steps, Stop
+from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop
 from qzs_rig.theory.balance.events import Located, Stretch, folds, locate, turning
 from qzs_rig.theory.balance.harmonic_balance import (
     VARIED,
@@ -233,19 +233,14 @@ def _followed(
         inside = omega[0] <= math.exp(point.x[-1]) <= omega[1]
         return None if inside else Ending(Stop.RANGE)
 
-    ways = []
-    for direction in (-1.0, 1.0):
-        here = continuation.start(equations, start, math.log(value), direction)
-        low, high = math.log(bounds[0]), math.log(bounds[1])
-        ways.append(continuation.follow(equations, here, low, high, judge, Steps(first=0.01)))
-        if ways[-1].stop is Stop.CLOSED:
-            ways[0] = Path((), ways[-1].ending)
-            break
-    points = [*reversed(ways[0].points[1:]), *ways[-1].points]
-    points = [point for point in points if judge(point) is None]
+    low, high = math.log(bounds[0]), math.log(bounds[1])
+    path = continuation.both_ways(
+        equations, start, math.log(value), low, high, judge, Steps(first=0.01)
+    )
+    points = [point for point in path.points if judge(point) is None]
     if len(points) < 2:
         return None
-    return _curve(equations, points, (ways[0].ending, ways[-1].ending))
+    return _curve(equations, points, path.ends)
 
 
 def _curve(equations: Folds, points: Sequence[Point], ends: tuple[Ending, Ending]) -> FoldCurve:

@@ -10,7 +10,7 @@ import numpy as np
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.continuation import Ending, Path, Point, Steps, Stop
+from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop
 from qzs_rig.theory.balance.response import FrequencyResponse
 from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance, Plate
 
@@ -112,20 +112,12 @@ def _followed(
 
 
 def _both_ways(balance: CoupledBalance, x: Array, omega: float, low: float, high: float) -> Track:
-    paths = []
-    for way, bound in ((-1.0, low), (1.0, high)):
-        if abs(omega / bound - 1.0) < 1e-12:
-            here = continuation.start(balance, x, math.log(omega), way)
-            paths.append(Path((here,), Ending(Stop.RANGE)))
-            continue
-        here = continuation.start(balance, x, math.log(omega), way)
-        bounds = math.log(low), math.log(high)
-        paths.append(
-            continuation.follow(balance, here, *bounds, lambda q: _judge(balance, q), STEPS)
-        )
-    points = [*reversed(paths[0].points[1:]), *paths[1].points]
-    points = [replace(q, p=min(max(q.p, math.log(low)), math.log(high))) for q in points]
-    return Track(balance, points, (paths[0].ending, paths[1].ending))
+    bounds = math.log(low), math.log(high)
+    path = continuation.both_ways(
+        balance, x, math.log(omega), *bounds, lambda point: _judge(balance, point), STEPS
+    )
+    points = [replace(q, p=min(max(q.p, bounds[0]), bounds[1])) for q in path.points]
+    return Track(balance, points, path.ends)
 
 
 def _judge(balance: CoupledBalance, point: Point) -> Ending | None:
