@@ -12,7 +12,7 @@ from qzs_rig import scenario
 from qzs_rig.mechanics.geometric import motion
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.integrator import base_rows, body
-from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.coupled.coupled_response import coupled_response
 from qzs_rig.theory.coupled.plate import CoupledBalance, Plate
@@ -30,7 +30,7 @@ GEOMETRY = Geometry.from_spec(SPEC)
 def found_motion(dof, omega, harmonics=11):
     """A converged motion at `omega`, from a plate at rest in space."""
     balance = CoupledBalance(Plate(GEOMETRY, dof, 0.03), harmonics)
-    x = continuation.solve(balance, balance.resting(), math.log(omega))
+    x = newton.solve(balance, balance.resting(), math.log(omega))
     assert x is not None
     return balance, x
 
@@ -143,7 +143,7 @@ def test_small_horizontal_motion_is_the_linear_one():
     balance = CoupledBalance(Plate(GEOMETRY, 'horizontal', 1e-5), 1)
     k = len(branch.omega) // 2
     omega = float(branch.omega[k])
-    x = continuation.solve(balance, balance.resting(), math.log(omega))
+    x = newton.solve(balance, balance.resting(), math.log(omega))
     top = balance.seen(x)
     # nonlinear terms are of the square of 1e-5
     assert branch.T[k] == pytest.approx(math.hypot(top[1], top[2]) / 1e-5, rel=1e-6)
@@ -172,7 +172,7 @@ def test_parametric_instability_is_found_and_located():
             assert not branch.stable[branch.omega < event.omega - 1e-6].any()
             assert branch.stable[branch.omega > event.omega + 1e-6].all()
     balance = CoupledBalance(Plate(geometry, 'vertical', 0.4), 15)
-    x = continuation.solve(balance, balance.resting(), math.log(event.omega))
+    x = newton.solve(balance, balance.resting(), math.log(event.omega))
     lead = flow_multipliers(balance, x, event.omega)[0]
     # central differences, as above
     assert lead == pytest.approx(-1.0, abs=1e-4)

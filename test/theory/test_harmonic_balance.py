@@ -9,13 +9,14 @@ import pytest
 from theory_motions import DUFFING, cubic, integrated, state
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import Basis, lopsided, mirrored, resized, symmetric
 from qzs_rig.theory.balance.branch import Task, follow, refined
-from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop
+from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
 from qzs_rig.theory.balance.events import zero_between
 from qzs_rig.theory.balance.harmonic_balance import PARAMETERS, HarmonicBalance, Unknowns, steady
 from qzs_rig.theory.balance.initial_guesses import describing, motions
+from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.balance.stability import determinants, floquet
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import single_term
@@ -136,7 +137,7 @@ def test_a_closed_path_ends_where_it_began():
             left = np.array([x[0] ** 2 + p**2 - 1, x[1] - 1])
             return left, np.diag([2 * x[0], 1.0]), np.array([2 * p, 0.0])
 
-    first = continuation.start(Circle(), np.array([1.0, 1.0]), 0.0, 1.0)
+    first = newton.start(Circle(), np.array([1.0, 1.0]), 0.0, 1.0)
     path = continuation.follow(Circle(), first, -2.0, 2.0)
     assert path.stop is Stop.CLOSED
     radius = [math.hypot(q.x[0], q.p) for q in path.points]
@@ -153,7 +154,7 @@ def test_a_path_does_not_jump_to_its_neighbour():
             return gap, np.array([[2 * x[0]]]), np.array([-2 * p])
 
     x = np.array([math.sqrt(1 + 1e-5)])
-    first = continuation.start(Crossing(), x, -1.0, 1.0)
+    first = newton.start(Crossing(), x, -1.0, 1.0)
     path = continuation.follow(Crossing(), first, -1.0, 1.0)
     assert path.stop is Stop.RANGE
     assert all(q.x[0] > 0 for q in path.points)
@@ -166,7 +167,7 @@ def test_a_path_that_ends_says_why():
             slope = 1.0 if p < 0.5 else math.nan
             return np.array([x[0] - p]), np.array([[slope]]), np.array([-1.0])
 
-    first = continuation.start(Cliff(), np.array([0.0]), 0.0, 1.0)
+    first = newton.start(Cliff(), np.array([0.0]), 0.0, 1.0)
     path = continuation.follow(Cliff(), first, -1.0, 1.0)
     assert path.stop is Stop.STEP
     assert path.points[-1].p == pytest.approx(0.5, abs=1e-6)

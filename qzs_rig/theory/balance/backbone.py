@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop, WholePath
+from qzs_rig.theory.balance.continuation import Ending, Steps, Stop, WholePath
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.balance.initial_guesses import describing
+from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -54,7 +55,7 @@ class Free:
         return np.append(0, np.arange(1, 2 * self.balance.harmonics, 2))
 
     def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
-        """See continuation.Equations."""
+        """See newton.Equations."""
         residual, jacobian, slope = self.balance.linearised(self.full(x), math.exp(min(p, 50.0)))
         return residual[self.rows], jacobian[np.ix_(self.rows, self.rows)], slope[self.rows]
 
@@ -72,7 +73,7 @@ class Resonant:
     balance: HarmonicBalance
 
     def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
-        """See continuation.Equations."""
+        """See newton.Equations."""
         motion = self.full(x)
         residual, jacobian, slope = self.balance.linearised(motion, math.exp(min(p, 50.0)))
         residual[1] -= x[1]
@@ -110,7 +111,7 @@ def backbone(
         plane = np.zeros(len(start) + 1)
         plane[1] = 1.0
         size = float(np.linalg.norm(start))
-        at = continuation.correct(equations, start, 0.5 * math.log(table.N[k]), plane, size, 1e-10)
+        at = newton.correct(equations, start, 0.5 * math.log(table.N[k]), plane, size, 1e-10)
         if at is not None:
             path = _followed(equations, at[0], (low, high), amplitude, 1)
             found.append(_backbone(oscillator, equations, path))
@@ -131,7 +132,7 @@ def phase_resonance(oscillator: Oscillator, curve: Backbone) -> Backbone | None:
     plane = np.zeros(len(x) + 1)
     plane[2] = 1.0
     size = float(np.linalg.norm(x))
-    start = continuation.correct(equations, x, math.log(omega), plane, size, 1e-10)
+    start = newton.correct(equations, x, math.log(omega), plane, size, 1e-10)
     if start is None:
         return None
     path = _followed(equations, start[0], bounds, reach, 2)

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import even_part, harmonics_of, resized, symmetric
-from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop
+from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
 from qzs_rig.theory.balance.harmonic_balance import Unknowns, value_of
+from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.oscillator import Oscillator
 
 LADDER = (7, 11, 15, 21, 29, 41, 57, 79, 111, 155)
@@ -113,9 +114,7 @@ def _settled(task: Task) -> tuple[Unknowns, Array] | None:
     x, failures = task.coefficients, 0
     for harmonics in LADDER if task.harmonics is None else (task.harmonics,):
         equations = task.unknowns(harmonics)
-        own = continuation.solve(
-            equations, equations.own(x), math.log(task.value), task.tolerance, 12
-        )
+        own = newton.solve(equations, equations.own(x), math.log(task.value), task.tolerance, 12)
         if own is None:
             failures += 1
             if failures == PATIENCE:
@@ -130,7 +129,7 @@ def _settled(task: Task) -> tuple[Unknowns, Array] | None:
 def _one_way(
     task: Task, equations: Unknowns, x: Array, direction: float
 ) -> tuple[_Motions, Ending]:
-    here = home = continuation.start(equations, x, math.log(task.value), direction)
+    here = home = newton.start(equations, x, math.log(task.value), direction)
     points: _Motions = []
     bounds, judge = (math.log(task.low), math.log(task.high)), _Judge(task)
     while True:
@@ -160,7 +159,7 @@ def _moved(
     along = np.append(other.own(equations.full(last.tangent[:-1])), last.tangent[-1])
     along /= np.linalg.norm(along)
     guess = other.own(equations.full(last.x))
-    found = continuation.correct(other, guess, last.p, along, last.size, task.tolerance)
+    found = newton.correct(other, guess, last.p, along, last.size, task.tolerance)
     return None if found is None else (other, found[0])
 
 

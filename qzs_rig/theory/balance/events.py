@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.continuation import Equations, Point
 from qzs_rig.theory.balance.harmonic_balance import Unknowns, transmissibility
+from qzs_rig.theory.balance.newton import Equations, Point
 from qzs_rig.theory.balance.stability import determinants
 
 Found = TypeVar('Found')
@@ -88,7 +88,7 @@ def zero_between(
 
     def value(share: float) -> float:
         nearest = min(known.items(), key=lambda at: abs(at[0] - share), default=None)
-        point = continuation.between(equations, here, ahead, share, nearest)
+        point = newton.between(equations, here, ahead, share, nearest)
         if point is None:
             return math.nan
         known[share] = point

@@ -211,7 +211,7 @@ class Unknowns:
         return with_value(self.oscillator, self.parameter, value), self.omega
 
     def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
-        """See continuation.Equations."""
+        """See newton.Equations."""
         if self.parameter == 'omega':
             return self.balance.linearised(x, math.exp(min(p, 50.0)))
         balance, omega = self._balance(p)

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.basis import Basis, harmonics_of, lopsided, resized, symmetric
 from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
 from qzs_rig.theory.balance.continuation import Stop
@@ -140,7 +140,5 @@ def _beside(oscillator: Oscillator, omega: float, x: Array) -> tuple[float, Arra
     size = float(np.linalg.norm(x))
     equations = Unknowns(oscillator, harmonics)
     across = np.append(null, 0.0)
-    found = continuation.correct(
-        equations, x + 0.05 * size * null, math.log(omega), across, size, 1e-10
-    )
+    found = newton.correct(equations, x + 0.05 * size * null, math.log(omega), across, size, 1e-10)
     return None if found is None else (math.exp(found[0].p), found[0].x)

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import continuation, initial_guesses
+from qzs_rig.theory.balance import continuation, initial_guesses, newton
 from qzs_rig.theory.balance.basis import harmonics_of, lopsided, symmetric
 from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
-from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop
+from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
 from qzs_rig.theory.balance.events import Located, Stretch, folds, locate, turning
 from qzs_rig.theory.balance.harmonic_balance import (
     VARIED,
@@ -28,6 +28,7 @@ from qzs_rig.theory.balance.harmonic_balance import (
     transmissibility,
     with_value,
 )
+from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.response import Event, frequency_response
 from qzs_rig.theory.balance.stability import floquet
@@ -155,7 +156,7 @@ class Folds:
     size: float
 
     def linearised(self, y: Array, p: float) -> tuple[Array, Array, Array]:
-        """See continuation.Equations."""
+        """See newton.Equations."""
         n = 2 * self.harmonics + 1
         x, phi, omega = y[:n], y[n : 2 * n], math.exp(min(float(y[-1]), 50.0))
         balance = self._balance(p)
@@ -225,7 +226,7 @@ def _followed(
     )
     null = np.linalg.svd(jacobian)[2][-1] * size
     y = np.concatenate([fold.coefficients, null, [math.log(fold.omega)]])
-    start = continuation.solve(equations, y, math.log(value))
+    start = newton.solve(equations, y, math.log(value))
     if start is None:
         return None
 

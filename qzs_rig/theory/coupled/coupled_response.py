@@ -19,8 +19,8 @@ import numpy as np
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.theory.balance import events as read_off
 from qzs_rig.theory.balance.basis import harmonics_of, resized
-from qzs_rig.theory.balance.continuation import Point
 from qzs_rig.theory.balance.harmonic_balance import Unknowns
+from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.response import (
     Branch,

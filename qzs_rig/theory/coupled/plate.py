@@ -188,7 +188,7 @@ class CoupledBalance:
         return np.asarray(found @ self.basis.to_frequency.T).ravel()
 
     def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
-        """See continuation.Equations."""
+        """See newton.Equations."""
         omega, basis = math.exp(min(p, 50.0)), self.basis
         motion = self.motion(x, omega, self.angle)
         place, speed, pull = basis.tangent(self.plate.slopes(*motion, omega, self.angle))

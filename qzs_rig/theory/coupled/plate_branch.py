@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import continuation
+from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.continuation import Ending, Point, Steps, Stop
+from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
+from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.balance.response import FrequencyResponse
 from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance, Plate
 
@@ -74,7 +75,7 @@ def _moving(plate: Plate, still: Array, top: Array) -> Array:
 
 def _converged(plate: Plate, omega: float, x: Array) -> Array | None:
     balance = CoupledBalance(plate, LADDER[1])
-    found = continuation.solve(balance, x, math.log(omega))
+    found = newton.solve(balance, x, math.log(omega))
     if found is None or balance.tail(found) > LOOSE:
         return None
     return found
@@ -97,7 +98,7 @@ def _followed(
     track = None
     for count in LADDER if harmonics is None else (harmonics,):
         balance = CoupledBalance(plate, count)
-        start = continuation.solve(balance, balance.resized(x), math.log(omega))
+        start = newton.solve(balance, balance.resized(x), math.log(omega))
         if start is None:
             continue
         track = _both_ways(balance, start, omega, low, high)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance.continuation import Equations, Point
 from qzs_rig.theory.balance.events import zero_between
+from qzs_rig.theory.balance.newton import Equations, Point
 from qzs_rig.theory.balance.response import Event
 from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance
 
