@@ -11,10 +11,15 @@ from theory_motions import DUFFING, cubic, integrated, state
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import Basis, lopsided, mirrored, resized, symmetric
-from qzs_rig.theory.balance.branch import Task, follow, refined
+from qzs_rig.theory.balance.branch import BranchProblem, follow, refined
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
 from qzs_rig.theory.balance.events import zero_between
-from qzs_rig.theory.balance.harmonic_balance import PARAMETERS, HarmonicBalance, Unknowns, steady
+from qzs_rig.theory.balance.harmonic_balance import (
+    PARAMETERS,
+    BalanceEquations,
+    HarmonicBalance,
+    steady,
+)
 from qzs_rig.theory.balance.initial_guesses import describing, motions
 from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.balance.stability import determinants, floquet
@@ -51,7 +56,7 @@ def test_the_derivative_of_waves(basis):
 
 @pytest.mark.parametrize('parameter', PARAMETERS)
 def test_slopes_of_the_balance(parameter):
-    unknowns = Unknowns(CLOSED, 9, parameter=parameter, omega=0.7)
+    unknowns = BalanceEquations(CLOSED, 9, parameter=parameter, omega=0.7)
     x = np.random.default_rng(2).normal(size=19) * 0.2
     p = math.log(0.8)
     _, jacobian, slope = unknowns.linearised(x, p)
@@ -111,7 +116,7 @@ def test_odd_harmonics_are_enough_for_an_odd_law():
     own = Oscillator(cubic(1.0, 0.5), 'vertical', PAPER_DESIGN, 0.05, 0.4)
     x = np.zeros(23)
     x[1] = -0.4
-    whole, odd = (refined(Task(own, 2.0, x, 1.0, 3.0, odd=odd)) for odd in (False, True))
+    whole, odd = (refined(BranchProblem(own, 2.0, x, 1.0, 3.0, odd=odd)) for odd in (False, True))
     n = min(len(whole), len(odd))
     np.testing.assert_allclose(whole[:n], odd[:n], atol=1e-9)
     full, half = (
@@ -121,7 +126,7 @@ def test_odd_harmonics_are_enough_for_an_odd_law():
 
 
 def test_hill_and_floquet_have_the_same_sign():
-    path = follow(Task(DUFFING, 1.5, _start(DUFFING, 1.5), 0.9, 1.6))
+    path = follow(BranchProblem(DUFFING, 1.5, _start(DUFFING, 1.5), 0.9, 1.6))
     found = floquet(DUFFING, path.omega, path.coefficients)
     signs = [
         determinants(DUFFING, w, x) for w, x in zip(path.omega, path.coefficients, strict=True)
@@ -200,7 +205,7 @@ def test_resized():
 
 
 def test_a_start_that_leads_nowhere():
-    nowhere = Task(CLOSED, 0.05, np.full(15, math.nan), 0.02, 1.0)
+    nowhere = BranchProblem(CLOSED, 0.05, np.full(15, math.nan), 0.02, 1.0)
     assert refined(nowhere) is None
     path = follow(nowhere)
     assert path.ends == (Ending(Stop.START),) * 2

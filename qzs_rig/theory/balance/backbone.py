@@ -148,7 +148,7 @@ def _followed(
     amplitude: tuple[float, float],
     fundamental: int,
 ) -> WholePath:
-    def judge(point: Point) -> Ending | None:
+    def stop_check(point: Point) -> Ending | None:
         W = abs(float(point.x[fundamental]))
         if equations.balance.oscillator.domain < W:
             return Ending(
@@ -158,7 +158,7 @@ def _followed(
 
     low, high = math.log(omega[0]), math.log(omega[1])
     return continuation.both_ways(
-        equations, start.x, start.p, low, high, judge, Steps(largest=0.06)
+        equations, start.x, start.p, low, high, stop_check, Steps(largest=0.06)
     )
 
 

@@ -12,7 +12,7 @@ from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import even_part, harmonics_of, resized, symmetric
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
-from qzs_rig.theory.balance.harmonic_balance import Unknowns, value_of
+from qzs_rig.theory.balance.harmonic_balance import BalanceEquations, value_of
 from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -29,7 +29,7 @@ FURTHEST = 1e3
 
 
 @dataclass(frozen=True)
-class Task:
+class BranchProblem:
     """A motion (2H + 1,) at `omega` from which its branch is followed while `parameter`, the
     frequency or another of PARAMETERS, stays within [low, high].
 
@@ -51,13 +51,13 @@ class Task:
         """Where the parameter is at the start."""
         return value_of(self.oscillator, self.omega, self.parameter)
 
-    def unknowns(self, harmonics: int) -> Unknowns:
+    def unknowns(self, harmonics: int) -> BalanceEquations:
         """The equations in so many harmonics."""
-        return Unknowns(self.oscillator, harmonics, self.odd, self.parameter, self.omega)
+        return BalanceEquations(self.oscillator, harmonics, self.odd, self.parameter, self.omega)
 
 
 @dataclass(frozen=True)
-class Followed:
+class BranchPath:
     """Motions along the path: `coefficients` (n, 2H + 1) where the parameter is `omega` (n,).
 
     `harmonics` (n,) were needed. `ends`: why it ended at its first and its last point; with
@@ -74,73 +74,77 @@ _Motions = list[tuple[float, Array]]
 """Values of the parameter, each with a motion (2H + 1,)."""
 
 
-def follow(task: Task) -> Followed:
-    """Both ways from the motion of `task`; first point towards low frequency."""
-    start = _settled(task)
+def follow(problem: BranchProblem) -> BranchPath:
+    """Both ways from the motion of `problem`; first point towards low frequency."""
+    start = _settled(problem)
     if start is None:
         ends = (Ending(Stop.START),) * 2
-        return _followed(task, [(task.value, task.coefficients)], ends)
-    up, upper = _one_way(task, *start, 1.0)
+        return _followed(problem, [(problem.value, problem.coefficients)], ends)
+    up, upper = _one_way(problem, *start, 1.0)
     if upper.stop is Stop.CLOSED:
-        return _followed(task, up, (upper, upper))
-    down, lower = _one_way(task, *start, -1.0)
-    return _followed(task, [*reversed(down[1:]), *up], (lower, upper))
+        return _followed(problem, up, (upper, upper))
+    down, lower = _one_way(problem, *start, -1.0)
+    return _followed(problem, [*reversed(down[1:]), *up], (lower, upper))
 
 
-def _followed(task: Task, points: _Motions, ends: tuple[Ending, Ending]) -> Followed:
+def _followed(problem: BranchProblem, points: _Motions, ends: tuple[Ending, Ending]) -> BranchPath:
     most = max(harmonics_of(x) for _, x in points)
-    return Followed(
-        np.array([_bounded(value, task) for value, _ in points]),
+    return BranchPath(
+        np.array([_bounded(value, problem) for value, _ in points]),
         np.array([resized(x, most) for _, x in points]),
         np.array([harmonics_of(x) for _, x in points]),
         ends,
     )
 
 
-def _bounded(value: float, task: Task) -> float:
+def _bounded(value: float, problem: BranchProblem) -> float:
     """The value, a bound exactly where it differs by the rounding of its logarithm."""
-    near = min((task.low, task.high), key=lambda bound: abs(value - bound))
+    near = min((problem.low, problem.high), key=lambda bound: abs(value - bound))
     return near if abs(value - near) < 1e-13 * near else value
 
 
-def refined(task: Task) -> Array | None:
-    """The coefficients (2H + 1,) of `task` in as many harmonics as it takes; None where they
+def refined(problem: BranchProblem) -> Array | None:
+    """The coefficients (2H + 1,) of `problem` in as many harmonics as it takes; None where they
     lead nowhere: it was an artefact of too few."""
-    found = _settled(task)
+    found = _settled(problem)
     return None if found is None else found[0].full(found[1])
 
 
-def _settled(task: Task) -> tuple[Unknowns, Array] | None:
-    x, failures = task.coefficients, 0
-    for harmonics in LADDER if task.harmonics is None else (task.harmonics,):
-        equations = task.unknowns(harmonics)
-        own = newton.solve(equations, equations.own(x), math.log(task.value), task.tolerance, 12)
+def _settled(problem: BranchProblem) -> tuple[BalanceEquations, Array] | None:
+    x, failures = problem.coefficients, 0
+    for harmonics in LADDER if problem.harmonics is None else (problem.harmonics,):
+        equations = problem.unknowns(harmonics)
+        own = newton.solve(
+            equations, equations.own(x), math.log(problem.value), problem.tolerance, 12
+        )
         if own is None:
             failures += 1
             if failures == PATIENCE:
                 return None
             continue
         x = equations.full(own)
-        if task.harmonics is not None or _tail(x, harmonics) <= TAIL:
+        if problem.harmonics is not None or _tail(x, harmonics) <= TAIL:
             return equations, own
     return None
 
 
 def _one_way(
-    task: Task, equations: Unknowns, x: Array, direction: float
+    problem: BranchProblem, equations: BalanceEquations, x: Array, direction: float
 ) -> tuple[_Motions, Ending]:
-    here = home = newton.start(equations, x, math.log(task.value), direction)
+    here = home = newton.start(equations, x, math.log(problem.value), direction)
     points: _Motions = []
-    bounds, judge = (math.log(task.low), math.log(task.high)), _Judge(task)
+    bounds, stop_check = (math.log(problem.low), math.log(problem.high)), _StopCheck(problem)
     while True:
-        judge.equations = equations
-        steps = Steps(tolerance=task.tolerance, most=max(1, MOST - len(points)))
-        path = continuation.follow(equations, here, *bounds, judge, steps, _same(home, equations))
+        stop_check.equations = equations
+        steps = Steps(tolerance=problem.tolerance, most=max(1, MOST - len(points)))
+        path = continuation.follow(
+            equations, here, *bounds, stop_check, steps, _same(home, equations)
+        )
         found = path.points[:-1] if path.stop is Stop.SYMMETRY else path.points
         points += [(math.exp(q.p), equations.full(q.x)) for q in found[len(points) > 0 :]]
         if path.stop not in (Stop.MORE, Stop.FEWER):
             return points, path.ending
-        moved = _moved(task, equations, found[-1], path.stop)
+        moved = _moved(problem, equations, found[-1], path.stop)
         if moved is None:
             detail = f'{equations.harmonics} harmonics do not suffice'
             return points, Ending(Stop.HARMONICS, detail)
@@ -149,21 +153,21 @@ def _one_way(
 
 
 def _moved(
-    task: Task, equations: Unknowns, last: Point, stop: Stop
-) -> tuple[Unknowns, Point] | None:
+    problem: BranchProblem, equations: BalanceEquations, last: Point, stop: Stop
+) -> tuple[BalanceEquations, Point] | None:
     """The same point in more or fewer harmonics."""
     place = LADDER.index(equations.harmonics) + (1 if stop is Stop.MORE else -1)
     if place >= len(LADDER):
         return None
-    other = task.unknowns(LADDER[place])
+    other = problem.unknowns(LADDER[place])
     along = np.append(other.own(equations.full(last.tangent[:-1])), last.tangent[-1])
     along /= np.linalg.norm(along)
     guess = other.own(equations.full(last.x))
-    found = newton.correct(other, guess, last.p, along, last.size, task.tolerance)
+    found = newton.correct(other, guess, last.p, along, last.size, problem.tolerance)
     return None if found is None else (other, found[0])
 
 
-def _same(home: Point, equations: Unknowns) -> Point:
+def _same(home: Point, equations: BalanceEquations) -> Point:
     """`home` in the unknowns of `equations`, to recognise it."""
     n = len(equations.balance.basis.columns)
     x, along = np.zeros(n), np.zeros(n + 1)
@@ -173,33 +177,35 @@ def _same(home: Point, equations: Unknowns) -> Point:
 
 
 @dataclass
-class _Judge:
-    """Ends a walk where other harmonics are due, or the law ends."""
+class _StopCheck:
+    """Ends a path where other harmonics are due, or the law ends."""
 
-    task: Task
-    equations: Unknowns | None = None
+    problem: BranchProblem
+    equations: BalanceEquations | None = None
     even: Array | None = None
 
     def __post_init__(self) -> None:
-        self.mirrored = symmetric(self.task.oscillator)
+        self.mirrored = symmetric(self.problem.oscillator)
 
     def __call__(self, point: Point) -> Ending | None:
-        task, equations = self.task, self.equations
+        problem, equations = self.problem, self.equations
         assert equations is not None
         w = np.abs(equations.balance.to_time @ point.x).max()
-        if w >= 0.9999 * task.oscillator.domain:
-            detail = f'law {task.oscillator.law.name} ends at |w| = {task.oscillator.domain:g}'
+        if w >= 0.9999 * problem.oscillator.domain:
+            detail = (
+                f'law {problem.oscillator.law.name} ends at |w| = {problem.oscillator.domain:g}'
+            )
             return Ending(Stop.DOMAIN, detail)
-        if w > FURTHEST * max(1.0, task.oscillator.amplitude):
+        if w > FURTHEST * max(1.0, problem.oscillator.amplitude):
             return Ending(Stop.UNBOUNDED, f'the motion grows beyond {w:.3g}')
         if self._mirrors(equations.full(point.x)):
             return Ending(Stop.SYMMETRY)
-        return _due(task, equations, point.x)
+        return _due(problem, equations, point.x)
 
     def _mirrors(self, x: Array) -> bool:
         """Have the even harmonics changed sign since the last point? They did at the symmetric
         motion between; what follows is the branch's mirror image."""
-        if self.task.odd or not self.mirrored:
+        if self.problem.odd or not self.mirrored:
             return False
         before, self.even = self.even, even_part(x)
         if before is None:
@@ -208,9 +214,9 @@ class _Judge:
         return float(before[:size] @ self.even[:size]) < 0
 
 
-def _due(task: Task, equations: Unknowns, x: Array) -> Ending | None:
+def _due(problem: BranchProblem, equations: BalanceEquations, x: Array) -> Ending | None:
     harmonics = equations.harmonics
-    if task.harmonics is not None:
+    if problem.harmonics is not None:
         return None
     full = equations.full(x)
     if _tail(full, harmonics) > TAIL:

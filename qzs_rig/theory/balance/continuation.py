@@ -90,7 +90,7 @@ class Path:
         return self.ending.stop
 
 
-Judge = Callable[[Point], Ending | None]
+StopCheck = Callable[[Point], Ending | None]
 """Looks at a new point: why the path ends with it, or None."""
 
 
@@ -99,12 +99,12 @@ def follow(
     first: Point,
     low: float,
     high: float,
-    judge: Judge = lambda _: None,
+    stop_check: StopCheck = lambda _: None,
     steps: Steps = Steps(),
     origin: Point | None = None,
 ) -> Path:
     """From `first` along its tangent until p leaves [low, high] (the last point lies on the bound),
-    the path closes at `origin`, `judge` ends it, or no step succeeds."""
+    the path closes at `origin`, `stop_check` ends it, or no step succeeds."""
     points, h = [first], steps.first
     home = origin or first
     while len(points) < steps.most:
@@ -121,7 +121,7 @@ def follow(
             last = None if there else _at_bound(equations, here, ahead, bound, steps)
             return Path((*points, last) if last else tuple(points), Ending(Stop.RANGE))
         points.append(ahead)
-        ending = judge(ahead)
+        ending = stop_check(ahead)
         if ending:
             return Path(tuple(points), ending)
     return Path(tuple(points), Ending(Stop.POINTS, f'{steps.most} points'))
@@ -141,14 +141,14 @@ def both_ways(
     p: float,
     low: float,
     high: float,
-    judge: Judge = lambda _: None,
+    stop_check: StopCheck = lambda _: None,
     steps: Steps = Steps(),
 ) -> WholePath:
     """`follow` up and down from the solution x at p; a closed path is followed once."""
-    up = follow(equations, start(equations, x, p, 1.0), low, high, judge, steps)
+    up = follow(equations, start(equations, x, p, 1.0), low, high, stop_check, steps)
     if up.stop is Stop.CLOSED:
         return WholePath(up.points, (up.ending, up.ending))
-    down = follow(equations, start(equations, x, p, -1.0), low, high, judge, steps)
+    down = follow(equations, start(equations, x, p, -1.0), low, high, stop_check, steps)
     return WholePath((*reversed(down.points[1:]), *up.points), (down.ending, up.ending))
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.harmonic_balance import Unknowns, transmissibility
+from qzs_rig.theory.balance.harmonic_balance import BalanceEquations, transmissibility
 from qzs_rig.theory.balance.newton import Equations, Point
 from qzs_rig.theory.balance.stability import determinants
 
@@ -34,7 +34,7 @@ class Stretch:
     `unknowns` gives its equations in any number of harmonics, of which `harmonics` were needed.
     """
 
-    unknowns: Callable[[int], Unknowns]
+    unknowns: Callable[[int], BalanceEquations]
     values: Array
     coefficients: Array
     harmonics: int
@@ -50,7 +50,7 @@ class Located:
     uncertainty: float
 
 
-Zero = Callable[[Unknowns, Point], float]
+Zero = Callable[[BalanceEquations, Point], float]
 """Function of a point that is 0 at the event."""
 
 
@@ -100,25 +100,25 @@ def zero_between(
         return None
 
 
-def turning(unknowns: Unknowns, point: Point) -> float:
+def turning(unknowns: BalanceEquations, point: Point) -> float:
     """0 at a fold: the parameter along the path."""
     return float(point.tangent[-1])
 
 
-def doubling(unknowns: Unknowns, point: Point) -> float:
+def doubling(unknowns: BalanceEquations, point: Point) -> float:
     """0 at a period doubling, or in odd harmonics at a symmetry breaking."""
     oscillator, omega = unknowns.at(point.p)
     return determinants(oscillator, omega, unknowns.full(point.x), unknowns.odd)[1]
 
 
-def crossing(unknowns: Unknowns, point: Point) -> float:
+def crossing(unknowns: BalanceEquations, point: Point) -> float:
     """0 where T = 1."""
     oscillator, omega = unknowns.at(point.p)
     x = unknowns.full(point.x)
     return float(np.log(np.abs(transmissibility(oscillator, np.array([omega]), x[None])[0])))
 
 
-def topping(unknowns: Unknowns, point: Point) -> float:
+def topping(unknowns: BalanceEquations, point: Point) -> float:
     """0 where T is largest, or smallest, along a path over frequency."""
     oscillator, omega = unknowns.at(point.p)
     x, step = unknowns.full(point.x), point.size * unknowns.full(point.tangent[:-1])

@@ -188,7 +188,7 @@ def with_value(oscillator: Oscillator, parameter: str, value: float) -> Oscillat
 
 
 @dataclass(frozen=True)
-class Unknowns:
+class BalanceEquations:
     """The coefficients of a motion in `harmonics`, or in the odd ones of them, over the logarithm
     p of `parameter`. `omega` is the frequency where that is not the parameter."""
 

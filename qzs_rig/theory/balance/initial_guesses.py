@@ -14,7 +14,7 @@ import numpy as np
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import harmonics_of, mirrored, resized, symmetric
-from qzs_rig.theory.balance.branch import Followed, Task
+from qzs_rig.theory.balance.branch import BranchPath, BranchProblem
 from qzs_rig.theory.balance.harmonic_balance import steady
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -106,7 +106,7 @@ def one_term(
 
 
 def kicked(
-    oscillator: Oscillator, omega: Array, known: Sequence[Followed], seed: int
+    oscillator: Oscillator, omega: Array, known: Sequence[BranchPath], seed: int
 ) -> Iterator[tuple[float, Array]]:
     """Motions at each of `omega` that random disturbances of the `known` ones lead to."""
     rng = np.random.default_rng(seed)
@@ -128,7 +128,7 @@ def kicked(
         yield from _converged(oscillator, np.repeat(places, KICKS), starts, again)
 
 
-def crossings(path: Followed, omega: float) -> list[Array]:
+def crossings(path: BranchPath, omega: float) -> list[Array]:
     """Motions (2H + 1,) of a path where it passes `omega`, between its points."""
     here, ahead = path.omega[:-1], path.omega[1:]
     found = []
@@ -144,27 +144,27 @@ def crossings(path: Followed, omega: float) -> list[Array]:
     return found
 
 
-def is_known(task: Task, known: Sequence[Followed]) -> bool:
-    """Does one of the paths pass the motion of `task`, or its mirror image?"""
+def is_known(problem: BranchProblem, known: Sequence[BranchPath]) -> bool:
+    """Does one of the paths pass the motion of `problem`, or its mirror image?"""
     for path in known:
-        for guess in crossings(path, task.omega):
+        for guess in crossings(path, problem.omega):
             for x in (
-                (task.coefficients, mirrored(task.coefficients))
-                if symmetric(task.oscillator)
-                else (task.coefficients,)
+                (problem.coefficients, mirrored(problem.coefficients))
+                if symmetric(problem.oscillator)
+                else (problem.coefficients,)
             ):
-                if _same_motion(task, guess, x):
+                if _same_motion(problem, guess, x):
                     return True
     return False
 
 
-def _same_motion(task: Task, guess: Array, x: Array) -> bool:
+def _same_motion(problem: BranchProblem, guess: Array, x: Array) -> bool:
     guess = resized(guess, harmonics_of(x))
     size = float(np.linalg.norm(x)) or 1.0
     if np.linalg.norm(guess - x) > 0.1 * size:
         return False
-    here = np.array([task.omega])
-    near = steady(task.oscillator, here, guess[None], 0.01 * _small(task.oscillator, here))
+    here = np.array([problem.omega])
+    near = steady(problem.oscillator, here, guess[None], 0.01 * _small(problem.oscillator, here))
     if not near.converged[0]:
         return bool(np.linalg.norm(guess - x) < 0.02 * size)
     return bool(np.linalg.norm(near.coefficients[0] - x) < 1e-5 * size)

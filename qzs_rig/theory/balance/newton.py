@@ -26,7 +26,7 @@ class Point:
     """A solution x (n,) at p, and the unit tangent of its path: x part (n,) over `size`, then p.
 
     `size` is what x is measured by around here. `side` is the sign of the determinant of the slope
-    with the tangent below it: the same all along a path that crosses no other.
+    with the plane of the step below it: the same all along a path that crosses no other.
     """
 
     x: Array

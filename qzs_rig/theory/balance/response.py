@@ -17,7 +17,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import search
 from qzs_rig.theory.balance.basis import harmonics_of, resized
-from qzs_rig.theory.balance.branch import Followed
+from qzs_rig.theory.balance.branch import BranchPath
 from qzs_rig.theory.balance.continuation import Ending
 from qzs_rig.theory.balance.events import (
     Located,
@@ -31,13 +31,17 @@ from qzs_rig.theory.balance.events import (
     topping,
     turning,
 )
-from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, Unknowns, transmissibility
+from qzs_rig.theory.balance.harmonic_balance import (
+    BalanceEquations,
+    HarmonicBalance,
+    transmissibility,
+)
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.stability import Floquet, floquet
 from qzs_rig.theory.oscillator import Oscillator
 
 Progress = Callable[[float, str], None]
-"""Told the share of the work that is done, and what is under way."""
+"""Called with the share of the work that is done, and what is under way."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +223,7 @@ def _peak(
     return max((each for each in found if each), key=lambda each: each[1])
 
 
-def _branch(oscillator: Oscillator, path: Followed, odd: bool, floquets: Floquet) -> Branch:
+def _branch(oscillator: Oscillator, path: BranchPath, odd: bool, floquets: Floquet) -> Branch:
     ratio = transmissibility(oscillator, path.omega, path.coefficients)
     phase = np.degrees(np.angle(ratio))
     return Branch(
@@ -237,7 +241,7 @@ def _branch(oscillator: Oscillator, path: Followed, odd: bool, floquets: Floquet
     )
 
 
-def _defect(oscillator: Oscillator, path: Followed) -> float:
+def _defect(oscillator: Oscillator, path: BranchPath) -> float:
     harmonics = 2 * harmonics_of(path.coefficients)
     left = HarmonicBalance(oscillator, harmonics).residual(
         resized(path.coefficients, harmonics), path.omega
@@ -268,7 +272,7 @@ def _at(oscillator: Oscillator, branch: Branch, k: int, zero: Zero) -> Located |
     pair = slice(k, k + 2)
     harmonics = int(branch.harmonics[pair].max())
     x = branch.coefficients[pair]
-    unknowns = partial(Unknowns, oscillator, odd=branch.symmetric)
+    unknowns = partial(BalanceEquations, oscillator, odd=branch.symmetric)
     return locate(Stretch(unknowns, branch.omega[pair], x, harmonics), zero)
 
 

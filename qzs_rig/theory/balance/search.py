@@ -12,17 +12,17 @@ import numpy as np
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.basis import Basis, harmonics_of, lopsided, resized, symmetric
-from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
+from qzs_rig.theory.balance.branch import BranchPath, BranchProblem, follow, refined
 from qzs_rig.theory.balance.continuation import Stop
 from qzs_rig.theory.balance.events import Located, Stretch, doubling, locate
-from qzs_rig.theory.balance.harmonic_balance import Unknowns, tangent
+from qzs_rig.theory.balance.harmonic_balance import BalanceEquations, tangent
 from qzs_rig.theory.balance.initial_guesses import describing, is_known, kicked, one_term
 from qzs_rig.theory.balance.stability import floquet
 from qzs_rig.theory.oscillator import Oscillator
 
 BETWEEN = 24
 """Frequencies at which isolated branches are looked for."""
-Found = list[tuple[Followed, bool]]
+Found = list[tuple[BranchPath, bool]]
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class Range:
     harmonics: int | None
     tolerance: float = 1e-10
 
-    def task(self, omega: float, x: Array, odd: bool) -> Task:
+    def problem(self, omega: float, x: Array, odd: bool) -> BranchProblem:
         """To follow the branch of the motion x (2H + 1,) at `omega`."""
-        return Task(
+        return BranchProblem(
             self.oscillator, omega, x, self.low, self.high, odd, self.harmonics, self.tolerance
         )
 
@@ -65,42 +65,42 @@ def paths(span: Range, isolas: bool, tell: Callable[[float, str], None]) -> Foun
     return found
 
 
-def least_path(span: Range, omega: float) -> tuple[Followed, bool] | None:
+def least_path(span: Range, omega: float) -> tuple[BranchPath, bool] | None:
     """The path of the smallest motion at `omega`, and whether it is in odd harmonics."""
     odd = symmetric(span.oscillator)
     guesses = sorted(
         one_term(span.oscillator, np.array([omega])), key=lambda at: np.linalg.norm(at[1])
     )
     for _, x in guesses:
-        start = refined(span.task(omega, x, odd and lopsided(x) < 1e-6))
+        start = refined(span.problem(omega, x, odd and lopsided(x) < 1e-6))
         if start is not None:
-            task = span.task(omega, start, odd and lopsided(start) < 1e-6)
-            return follow(task), task.odd
+            problem = span.problem(omega, start, odd and lopsided(start) < 1e-6)
+            return follow(problem), problem.odd
     return None
 
 
 def _follow(span: Range, seeds: Iterator[tuple[float, Array]], found: Found, odd: bool) -> None:
     for omega, x in seeds:
         own = odd and lopsided(x) < 1e-6
-        task = span.task(omega, x, own)
-        if is_known(task, [path for path, _ in found]):
+        problem = span.problem(omega, x, own)
+        if is_known(problem, [path for path, _ in found]):
             continue
-        start = refined(task)
+        start = refined(problem)
         if start is None:
             continue
-        task = span.task(omega, start, odd and lopsided(start) < 1e-6)
-        if not is_known(task, [path for path, _ in found]):
-            found.append((follow(task), task.odd))
+        problem = span.problem(omega, start, odd and lopsided(start) < 1e-6)
+        if not is_known(problem, [path for path, _ in found]):
+            found.append((follow(problem), problem.odd))
 
 
-def _partings(span: Range, path: Followed) -> list[Located]:
+def _partings(span: Range, path: BranchPath) -> list[Located]:
     """Where the symmetric `path` loses its symmetry."""
     other = floquet(span.oscillator, path.omega, path.coefficients, odd=True).other
     found = []
     for k in np.flatnonzero((other[:-1] > 0) != (other[1:] > 0)):
         pair = slice(k, k + 2)
         x, harmonics = path.coefficients[pair], int(path.harmonics[pair].max())
-        unknowns = partial(Unknowns, span.oscillator, odd=True)
+        unknowns = partial(BalanceEquations, span.oscillator, odd=True)
         at = locate(Stretch(unknowns, path.omega[pair], x, harmonics), doubling)
         if at is not None:
             found.append(at)
@@ -115,7 +115,7 @@ def _broken(span: Range, partings: list[Located]) -> Iterator[tuple[float, Array
             yield beside
 
 
-def _joined(path: Followed, partings: list[Located]) -> Followed:
+def _joined(path: BranchPath, partings: list[Located]) -> BranchPath:
     """A path that ends before a symmetric motion, with that motion."""
     omega, x, harmonics = path.omega, path.coefficients, path.harmonics
     for end, place in ((1, len(omega)), (0, 0)):
@@ -138,7 +138,7 @@ def _beside(oscillator: Oscillator, omega: float, x: Array) -> tuple[float, Arra
     null = np.zeros(len(x))
     null[even.columns] = np.linalg.svd(slope)[2][-1]
     size = float(np.linalg.norm(x))
-    equations = Unknowns(oscillator, harmonics)
+    equations = BalanceEquations(oscillator, harmonics)
     across = np.append(null, 0.0)
     found = newton.correct(equations, x + 0.05 * size * null, math.log(omega), across, size, 1e-10)
     return None if found is None else (math.exp(found[0].p), found[0].x)

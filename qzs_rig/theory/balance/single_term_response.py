@@ -1,4 +1,4 @@
-"""The paper's one-term balance (29)-(32) over a range, told like the full response."""
+"""The paper's one-term balance (29)-(32) over a range, in the form of the full response."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation, initial_guesses, newton
 from qzs_rig.theory.balance.basis import harmonics_of, lopsided, symmetric
-from qzs_rig.theory.balance.branch import Followed, Task, follow, refined
+from qzs_rig.theory.balance.branch import BranchPath, BranchProblem, follow, refined
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
 from qzs_rig.theory.balance.events import Located, Stretch, folds, locate, turning
 from qzs_rig.theory.balance.harmonic_balance import (
@@ -71,19 +71,19 @@ def varied_response(
     Raises InputError for another parameter, and for a range that does not rise from above 0.
     """
     _check(parameter, low, high)
-    found: list[tuple[Followed, Task]] = []
+    found: list[tuple[BranchPath, BranchProblem]] = []
     for value in (high, low):
         at = with_value(oscillator, parameter, value)
         for _, x in initial_guesses.one_term(at, np.array([omega])):
-            task = Task(at, omega, x, low, high, parameter=parameter)
-            start = refined(task)
+            problem = BranchProblem(at, omega, x, low, high, parameter=parameter)
+            start = refined(problem)
             if start is None or any(_reaches(path, value, start) for path, _ in found):
                 continue
             odd = symmetric(at) and lopsided(start) < 1e-6
-            task = replace(task, coefficients=start, odd=odd)
-            found.append((follow(task), task))
+            problem = replace(problem, coefficients=start, odd=odd)
+            found.append((follow(problem), problem))
     return VariedResponse(
-        oscillator, parameter, omega, tuple(_branch(path, task) for path, task in found)
+        oscillator, parameter, omega, tuple(_branch(path, problem) for path, problem in found)
     )
 
 
@@ -94,7 +94,7 @@ def _check(parameter: str, low: float, high: float) -> None:
         raise InputError(f'{parameter} {low:g}:{high:g}: give a range that rises from above 0')
 
 
-def _reaches(path: Followed, value: float, x: Array) -> bool:
+def _reaches(path: BranchPath, value: float, x: Array) -> bool:
     size = float(np.linalg.norm(x))
     for end in (0, -1):
         other = path.coefficients[end]
@@ -105,13 +105,13 @@ def _reaches(path: Followed, value: float, x: Array) -> bool:
     return False
 
 
-def _branch(path: Followed, task: Task) -> VariedBranch:
-    omega = np.array([task.omega])
+def _branch(path: BranchPath, problem: BranchProblem) -> VariedBranch:
+    omega = np.array([problem.omega])
     ratio, stable = np.empty(len(path.omega), dtype=complex), np.empty(len(path.omega), dtype=bool)
     for k, (value, x) in enumerate(zip(path.omega, path.coefficients, strict=True)):
-        at = with_value(task.oscillator, task.parameter, float(value))
+        at = with_value(problem.oscillator, problem.parameter, float(value))
         ratio[k] = transmissibility(at, omega, x[None])[0]
-        stable[k] = floquet(at, omega, x[None], task.odd).stable[0]
+        stable[k] = floquet(at, omega, x[None], problem.odd).stable[0]
     return VariedBranch(
         path.omega,
         np.abs(ratio),
@@ -120,15 +120,15 @@ def _branch(path: Followed, task: Task) -> VariedBranch:
         stable,
         path.coefficients,
         path.ends,
-        _folds(path, task),
+        _folds(path, problem),
     )
 
 
-def _folds(path: Followed, task: Task) -> tuple[float, ...]:
+def _folds(path: BranchPath, problem: BranchProblem) -> tuple[float, ...]:
     def at(k: int) -> Located | None:
         pair = slice(k, k + 2)
         needed = int(path.harmonics[pair].max())
-        piece = Stretch(task.unknowns, path.omega[pair], path.coefficients[pair], needed)
+        piece = Stretch(problem.unknowns, path.omega[pair], path.coefficients[pair], needed)
         return locate(piece, turning)
 
     return tuple(found.omega for _, found in folds(path.omega, at))
@@ -230,15 +230,15 @@ def _followed(
     if start is None:
         return None
 
-    def judge(point: Point) -> Ending | None:
+    def stop_check(point: Point) -> Ending | None:
         inside = omega[0] <= math.exp(point.x[-1]) <= omega[1]
         return None if inside else Ending(Stop.RANGE)
 
     low, high = math.log(bounds[0]), math.log(bounds[1])
     path = continuation.both_ways(
-        equations, start, math.log(value), low, high, judge, Steps(first=0.01)
+        equations, start, math.log(value), low, high, stop_check, Steps(first=0.01)
     )
-    points = [point for point in path.points if judge(point) is None]
+    points = [point for point in path.points if stop_check(point) is None]
     if len(points) < 2:
         return None
     return _curve(equations, points, path.ends)

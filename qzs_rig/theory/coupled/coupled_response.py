@@ -1,4 +1,4 @@
-"""The frequency response of the coupled platform, told like that of one degree of freedom.
+"""The frequency response of the coupled platform, in the form of that of one degree of freedom.
 
 A vertically driven plate stays on its axis, where the law `geometric` is exact: its branches are
 those of one degree of freedom, and only their stability is the coupled platform's own (the other
@@ -19,7 +19,7 @@ import numpy as np
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.theory.balance import events as read_off
 from qzs_rig.theory.balance.basis import harmonics_of, resized
-from qzs_rig.theory.balance.harmonic_balance import Unknowns
+from qzs_rig.theory.balance.harmonic_balance import BalanceEquations
 from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.balance.one_thread import one_thread
 from qzs_rig.theory.balance.response import (
@@ -32,8 +32,8 @@ from qzs_rig.theory.balance.response import (
 )
 from qzs_rig.theory.coupled import plate_stability
 from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance, Plate
-from qzs_rig.theory.coupled.plate_branch import Track, tracks
-from qzs_rig.theory.coupled.plate_stability import Pair, Whole, multipliers
+from qzs_rig.theory.coupled.plate_branch import PlateBranch, plate_branches
+from qzs_rig.theory.coupled.plate_stability import PlateMotion, PlateStretch, multipliers
 from qzs_rig.theory.oscillator import Oscillator
 
 
@@ -64,10 +64,10 @@ def coupled_response(
     )
     if oscillator.dof == 'vertical':
         return _on_its_axis(alone, own, tell)
-    found = tracks(own, alone, harmonics)
+    found = plate_branches(own, alone, harmonics)
     branches, events, onsets = [], [], []
-    for number, track in enumerate(found):
-        branch, pairs = _branch(track, low, high, partial(_tell, tell, number, len(found)))
+    for number, plate_branch in enumerate(found):
+        branch, pairs = _branch(plate_branch, low, high, partial(_tell, tell, number, len(found)))
         branches.append(branch)
         events += _events(branch, pairs, number)
         onsets += [
@@ -75,7 +75,7 @@ def coupled_response(
             for k in read_off.falls(branch.omega, branch.T, branch.stable)
             if (at := plate_stability.onset(pairs[k], number)) is not None
         ]
-    early = {str(end) for track in found for end in track.ends if end.early}
+    early = {str(end) for plate_branch in found for end in plate_branch.ends if end.early}
     return FrequencyResponse(
         oscillator,
         low,
@@ -128,16 +128,16 @@ def _judged(branch: Branch, found: np.ndarray[tuple[int, int], np.dtype[np.compl
 
 def _axial_pair(
     own: Plate, oscillator: Oscillator, branch: Branch, points: list[Point], k: int
-) -> Pair:
+) -> PlateStretch:
     harmonics = int(branch.harmonics[k : k + 2].max())
     here, ahead = (
         replace(q, x=resized(q.x, harmonics), tangent=np.zeros(2 * harmonics + 2))
         for q in points[k : k + 2]
     )
-    return Pair(Unknowns(oscillator, harmonics), here, ahead, partial(_axial, own))
+    return PlateStretch(BalanceEquations(oscillator, harmonics), here, ahead, partial(_axial, own))
 
 
-def _axial(own: Plate, point: Point) -> Whole:
+def _axial(own: Plate, point: Point) -> PlateMotion:
     """A plate that moves by w = point.x (2H + 1,), downward, against its base."""
     omega, order = math.exp(point.p), (np.arange(len(point.x)) + 1) // 2
     x = np.zeros((COORDINATES, len(point.x)))
@@ -145,13 +145,13 @@ def _axial(own: Plate, point: Point) -> Whole:
     x[2] = -point.x * np.where(order % 2 == 0, 1.0, -1.0)
     x[2, 0] += own.scaled.height
     x[2, 1] += own.base(omega)
-    return Whole(CoupledBalance(own, harmonics_of(point.x)), x.ravel(), omega)
+    return PlateMotion(CoupledBalance(own, harmonics_of(point.x)), x.ravel(), omega)
 
 
 def _branch(
-    track: Track, low: float, high: float, tell: Callable[[float], None]
-) -> tuple[Branch, list[Pair]]:
-    balance, points = track.balance, track.points
+    plate_branch: PlateBranch, low: float, high: float, tell: Callable[[float], None]
+) -> tuple[Branch, list[PlateStretch]]:
+    balance, points = plate_branch.balance, plate_branch.points
     omega = np.clip(np.exp([q.p for q in points]), low, high)
     top = np.array([balance.seen(q.x) for q in points])
     base = np.array([balance.plate.base(float(w)) for w in omega])
@@ -173,17 +173,19 @@ def _branch(
         harmonics=np.full(len(points), balance.harmonics),
         multipliers=np.array(found),
         symmetric=False,
-        ends=track.ends,
+        ends=plate_branch.ends,
     )
 
-    def whole(point: Point) -> Whole:
-        return Whole(balance, point.x, math.exp(point.p))
+    def whole(point: Point) -> PlateMotion:
+        return PlateMotion(balance, point.x, math.exp(point.p))
 
-    pairs = [Pair(balance, a, b, whole) for a, b in pairwise(points)]
+    pairs = [PlateStretch(balance, a, b, whole) for a, b in pairwise(points)]
     return _judged(branch, np.array(found)), pairs
 
 
-def _events(branch: Branch, pairs: list[Pair], number: int, folds: bool = True) -> list[Event]:
+def _events(
+    branch: Branch, pairs: list[PlateStretch], number: int, folds: bool = True
+) -> list[Event]:
     found: list[tuple[int, Event]] = []
     if folds:
         found += read_off.folds(branch.omega, lambda k: plate_stability.fold(pairs[k], number))

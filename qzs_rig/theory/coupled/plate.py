@@ -159,7 +159,7 @@ def _turning(q: tuple[Any, ...], dq: tuple[Any, ...]) -> tuple[Any, Any, Any]:
 
 @dataclass(frozen=True)
 class CoupledBalance:
-    """Unknowns are the coefficients (6, 2H + 1) of the coordinates, flat; over ln Ω."""
+    """BalanceEquations are the coefficients (6, 2H + 1) of the coordinates, flat; over ln Ω."""
 
     plate: Plate
     harmonics: int
@@ -206,7 +206,7 @@ class CoupledBalance:
         return x.ravel()
 
     def resized(self, x: Array) -> Array:
-        """Unknowns of another number of harmonics as this one's."""
+        """BalanceEquations of another number of harmonics as this one's."""
         own = x.reshape(COORDINATES, -1)
         n = len(self.basis.rates)
         kept = own[:, :n]

@@ -27,7 +27,7 @@ STEPS = Steps(first=0.02, largest=0.1, turn=0.25, most=250)
 
 
 @dataclass(frozen=True)
-class Track:
+class PlateBranch:
     """Points of one branch, from low frequency, and why it ended at its first and last one."""
 
     balance: CoupledBalance
@@ -35,14 +35,18 @@ class Track:
     ends: tuple[Ending, Ending]
 
 
-def tracks(plate: Plate, alone: FrequencyResponse, harmonics: int | None) -> list[Track]:
+def plate_branches(
+    plate: Plate, alone: FrequencyResponse, harmonics: int | None
+) -> list[PlateBranch]:
     """Branches through the ends of the range, started where the branches `alone` of the projected
     degree of freedom end, and from a plate that hangs still in space."""
-    found: list[Track] = []
+    found: list[PlateBranch] = []
     for omega in (alone.high, alone.low):
         for start in _starts(plate, alone, omega):
             x = _converged(plate, omega, start)
-            if x is not None and not any(_reaches(track, omega, x) for track in found):
+            if x is not None and not any(
+                _reaches(plate_branch, omega, x) for plate_branch in found
+            ):
                 found.append(_followed(plate, omega, x, alone.low, alone.high, harmonics))
     return found
 
@@ -81,10 +85,10 @@ def _converged(plate: Plate, omega: float, x: Array) -> Array | None:
     return found
 
 
-def _reaches(track: Track, omega: float, x: Array) -> bool:
-    small = CoupledBalance(track.balance.plate, LADDER[0])
+def _reaches(plate_branch: PlateBranch, omega: float, x: Array) -> bool:
+    small = CoupledBalance(plate_branch.balance.plate, LADDER[0])
     own = small.resized(x)
-    for point in (track.points[0], track.points[-1]):
+    for point in (plate_branch.points[0], plate_branch.points[-1]):
         if abs(point.p - math.log(omega)) < 1e-9:
             gap = np.linalg.norm(small.resized(point.x) - own)
             if gap < 1e-3 * max(float(np.linalg.norm(own)), 1e-12):
@@ -94,34 +98,36 @@ def _reaches(track: Track, omega: float, x: Array) -> bool:
 
 def _followed(
     plate: Plate, omega: float, x: Array, low: float, high: float, harmonics: int | None
-) -> Track:
-    track = None
+) -> PlateBranch:
+    plate_branch = None
     for count in LADDER if harmonics is None else (harmonics,):
         balance = CoupledBalance(plate, count)
         start = newton.solve(balance, balance.resized(x), math.log(omega))
         if start is None:
             continue
-        track = _both_ways(balance, start, omega, low, high)
-        if max(balance.tail(point.x) for point in track.points) < TAIL:
+        plate_branch = _both_ways(balance, start, omega, low, high)
+        if max(balance.tail(point.x) for point in plate_branch.points) < TAIL:
             break
-        if all(end.early and end.stop is not Stop.HARMONICS for end in track.ends):
+        if all(end.early and end.stop is not Stop.HARMONICS for end in plate_branch.ends):
             break
-    if track is None:
+    if plate_branch is None:
         blank = Point(x, math.log(omega), np.zeros(len(x) + 1), 1.0)
-        return Track(CoupledBalance(plate, LADDER[1]), [blank], (Ending(Stop.START),) * 2)
-    return track
+        return PlateBranch(CoupledBalance(plate, LADDER[1]), [blank], (Ending(Stop.START),) * 2)
+    return plate_branch
 
 
-def _both_ways(balance: CoupledBalance, x: Array, omega: float, low: float, high: float) -> Track:
+def _both_ways(
+    balance: CoupledBalance, x: Array, omega: float, low: float, high: float
+) -> PlateBranch:
     bounds = math.log(low), math.log(high)
     path = continuation.both_ways(
-        balance, x, math.log(omega), *bounds, lambda point: _judge(balance, point), STEPS
+        balance, x, math.log(omega), *bounds, lambda point: _stop_check(balance, point), STEPS
     )
     points = [replace(q, p=min(max(q.p, bounds[0]), bounds[1])) for q in path.points]
-    return Track(balance, points, path.ends)
+    return PlateBranch(balance, points, path.ends)
 
 
-def _judge(balance: CoupledBalance, point: Point) -> Ending | None:
+def _stop_check(balance: CoupledBalance, point: Point) -> Ending | None:
     own = point.x.reshape(COORDINATES, -1) @ balance.basis.to_time.T
     if float((own[3:] ** 2).sum(axis=0).max()) > FURTHEST_TILT**2:
         return Ending(Stop.TILT)

@@ -80,8 +80,8 @@ def _exponential(matrix: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Whole:
-    """Unknowns `x` of all six coordinates at `omega`."""
+class PlateMotion:
+    """BalanceEquations `x` of all six coordinates at `omega`."""
 
     balance: CoupledBalance
     x: np.ndarray[tuple[int], np.dtype[np.float64]]
@@ -89,26 +89,26 @@ class Whole:
 
 
 @dataclass(frozen=True)
-class Pair:
+class PlateStretch:
     """Two neighbouring points of a path of `equations`, and what a point of it is as a whole."""
 
     equations: Equations
     here: Point
     ahead: Point
-    whole: Callable[[Point], Whole]
+    whole: Callable[[Point], PlateMotion]
 
 
-def fold(pair: Pair, number: int) -> Event | None:
+def fold(pair: PlateStretch, number: int) -> Event | None:
     """Where the path of branch `number` turns back between the two; None where it does not."""
     return _located(pair, lambda point: float(point.tangent[-1]), number, lambda _: 'fold')
 
 
-def loss(pair: Pair, number: int) -> Event | None:
+def loss(pair: PlateStretch, number: int) -> Event | None:
     """Where the largest multiplier crosses the unit circle; None where it does not."""
     return _located(pair, lambda point: abs(_lead(pair, point)) - 1.0, number, _kind)
 
 
-def onset(pair: Pair, number: int) -> Event | None:
+def onset(pair: PlateStretch, number: int) -> Event | None:
     """Where T = 1 between the two; None where it is not."""
 
     def excess(point: Point) -> float:
@@ -118,7 +118,10 @@ def onset(pair: Pair, number: int) -> Event | None:
 
 
 def _located(
-    pair: Pair, function: Callable[[Point], float], number: int, kind: Callable[[complex], str]
+    pair: PlateStretch,
+    function: Callable[[Point], float],
+    number: int,
+    kind: Callable[[complex], str],
 ) -> Event | None:
     point = zero_between(pair.equations, pair.here, pair.ahead, function)
     return None if point is None else _event(pair, point, kind(_lead(pair, point)), number)
@@ -130,12 +133,12 @@ def _kind(lead: complex) -> str:
     return 'neimark_sacker'
 
 
-def _lead(pair: Pair, point: Point) -> complex:
+def _lead(pair: PlateStretch, point: Point) -> complex:
     at = pair.whole(point)
     return complex(multipliers(at.balance, at.x, at.omega)[0])
 
 
-def _event(pair: Pair, point: Point, kind: str, number: int) -> Event:
+def _event(pair: PlateStretch, point: Point, kind: str, number: int) -> Event:
     at = pair.whole(point)
     top = at.balance.seen(at.x)
     u, v = complex(top[1], -top[2]), at.balance.plate.base(at.omega)
