@@ -131,7 +131,7 @@ def locate(stretch: Stretch, zero: Zero) -> Located | None:
     """The event of `zero` on a stretch; None where it does not change sign there."""
     harmonics, before = stretch.harmonics, None
     while True:
-        now = _located(stretch, zero, harmonics)
+        now = locate_once(stretch, zero, harmonics)
         if now is None:
             return before
         change = math.inf if before is None else abs(now.omega / before.omega - 1.0)
@@ -141,7 +141,8 @@ def locate(stretch: Stretch, zero: Zero) -> Located | None:
         before, harmonics = now, harmonics + max(6, 3 * harmonics // 10 // 2 * 2)
 
 
-def _located(stretch: Stretch, zero: Zero, harmonics: int) -> Located | None:
+def locate_once(stretch: Stretch, zero: Zero, harmonics: int) -> Located | None:
+    """`locate` in so many harmonics, whatever more would say."""
     equations = stretch.unknowns(harmonics)
     own = [equations.own(x) for x in stretch.coefficients]
     size = float(np.linalg.norm(own[0])) or 1.0

@@ -85,15 +85,16 @@ class HarmonicBalance:
 
     def linearised(self, x: Array, omega: float) -> tuple[Array, Array, Array]:
         """`residual`, `jacobian` and the slope of `residual` in ln Ω, all at x (2H + 1,)."""
-        own, basis, rates = self.oscillator, self.basis, self.basis.rates
-        w, spin = basis.to_time @ x, 2 * own.zeta * omega * basis.derivative
-        fixed = spin - np.diag((omega * rates) ** 2)
-        drive = float(own.drive(omega))
-        residual = fixed @ x + basis.to_frequency @ own.force(w)
-        slope = spin @ x - 2 * (omega * rates) ** 2 * x
+        own, basis = self.oscillator, self.basis
+        w, square = basis.to_time @ x, (omega * basis.rates) ** 2
+        spin = 2 * own.zeta * omega * basis.derivative
+        drag, drive = spin @ x, float(own.drive(omega))
+        residual = drag - square * x + basis.to_frequency @ own.force(w)
+        slope = drag - 2 * square * x
         residual[self._cos1] -= drive
         slope[self._cos1] -= (2 - own.falloff) * drive
-        jacobian = fixed + basis.tangent(_spread(own.stiffness(w), w))
+        jacobian = basis.tangent(_spread(own.stiffness(w), w)) + spin
+        jacobian.flat[:: len(x) + 1] -= square
         return residual, jacobian, slope
 
 

@@ -56,7 +56,8 @@ def describing(oscillator: Oscillator) -> Describing:
     level, place = np.nonzero(rising[:, :-1] != rising[:, 1:])
     W, low, high = levels[level], grid[level, place], grid[level, place + 1]
     goal = rising[level, place + 1]
-    for _ in range(45):
+    # a guess need not be closer
+    for _ in range(20):
         m = 0.5 * (low + high)
         above = (force(W, m).mean(axis=-1) >= 0) == goal
         low, high = np.where(above, low, m), np.where(above, m, high)
@@ -181,7 +182,7 @@ def _converged(
     starts: Array,
     known: Sequence[tuple[float, Array]] = (),
 ) -> Iterator[tuple[float, Array]]:
-    found = steady(oscillator, omega, starts, _small(oscillator, omega), 15)
+    found = steady(oscillator, omega, starts, _small(oscillator, omega), 12)
     others: dict[float, list[Array]] = {w: [] for w in omega.tolist()}
     for w, x in known:
         others[w].append(x)

@@ -28,6 +28,7 @@ from qzs_rig.theory.balance.events import (
     falls,
     folds,
     locate,
+    locate_once,
     topping,
     turning,
 )
@@ -210,7 +211,8 @@ def _peak(
     for place in range(max(k - 1, 0), min(k + 1, len(branch.omega) - 1)):
         reach = abs(branch.omega[place + 1] - branch.omega[place])
         if branch.stable[place] and branch.stable[place + 1]:
-            top = _at(oscillator, branch, place, topping)
+            stretch = _stretch(oscillator, branch, place)
+            top = locate_once(stretch, topping, stretch.harmonics)
             if top is not None:
                 event = _event(oscillator, 'peak', number, top)
                 found.append((event.omega, event.T))
@@ -269,11 +271,14 @@ def _onsets(oscillator: Oscillator, branch: Branch) -> list[float]:
 
 
 def _at(oscillator: Oscillator, branch: Branch, k: int, zero: Zero) -> Located | None:
+    return locate(_stretch(oscillator, branch, k), zero)
+
+
+def _stretch(oscillator: Oscillator, branch: Branch, k: int) -> Stretch:
     pair = slice(k, k + 2)
-    harmonics = int(branch.harmonics[pair].max())
-    x = branch.coefficients[pair]
     unknowns = partial(BalanceEquations, oscillator, odd=branch.symmetric)
-    return locate(Stretch(unknowns, branch.omega[pair], x, harmonics), zero)
+    harmonics = int(branch.harmonics[pair].max())
+    return Stretch(unknowns, branch.omega[pair], branch.coefficients[pair], harmonics)
 
 
 def _event(oscillator: Oscillator, kind: str, number: int, located: Located) -> Event:
