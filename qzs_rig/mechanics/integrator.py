@@ -1,62 +1,44 @@
-"""Fixed-step integration of the platform on the sample grid, its state carried across chunks."""
+"""Four degrees of freedom by themselves, by classical Runge-Kutta on the sample grid."""
 
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from qzs_rig.errors import DivergenceError, InputError
-from qzs_rig.mechanics import marching
 from qzs_rig.mechanics.platform import Platform
+from qzs_rig.mechanics.restoring import RESTORING, bulk
+from qzs_rig.mechanics.restoring.roots import rsqrt
+from qzs_rig.mechanics.stepping import Nodes, Stepper, by_kernel
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS
 
 
-class Integrator:
+class Integrator(Stepper):
     """Fourth-order Runge-Kutta from sample to sample, starting at rest on the moving base.
 
-    The base motion between samples is the cubic through position and velocity at both ends:
-    linear interpolation would drop the method to order 2. Time steps are `step` / `substeps` s.
-    The output is bit by bit independent of how the motion is cut into chunks.
+    The top motion (n, 12) is position, velocity, acceleration. The interpreter and numba give the
+    same bits.
     """
 
+    columns = 12
+
     def __init__(self, platform: Platform, step: float, substeps: int, kernel: str) -> None:
+        super().__init__(step, substeps)
         self._platform = platform
-        self._step = step
-        self._substeps = substeps
-        self._march, self._formulas, self._lists = _kernel(platform.law.name, kernel)
+        fast = by_kernel(kernel, lambda: compiled(platform.law.name))
+        own: tuple[Any, Any] = fast or (march, platform.law.around(rsqrt))
+        self._march, self._formulas = own
+        self._lists = fast is None
         self._scale = np.array(platform.length)
-        # u, u' and u'' of each degree of freedom over length, and the last base sample (8,)
+        # u, u' and u'' of each degree of freedom over length
         self._state: list[tuple[float, float, float]] = []
-        self._base_end: Array | None = None
-        self._last = 0  # its index
 
-    def push(self, base: Array) -> Array:
-        """Absolute top motion for the base motion at the next samples.
-
-        `base` is (n, >= 8): position, then velocity of the four degrees of freedom, SI, z up.
-        Returns (n, 12): position, velocity, acceleration. Raises DivergenceError, naming the
-        degree of freedom, where the state is no longer finite.
-        """
-        if len(base) == 0:
-            return np.empty((0, 12))
-        base = base[:, :8] / np.tile(self._scale, 2)
-        top = np.empty((len(base), 12))
-        first = 0
-        if self._base_end is None:
-            top[0] = self._rest(base[0])
-            self._base_end, first = base[0], 1
-        nodes = hermite_nodes(np.vstack([self._base_end, base[first:]]), self._step, self._substeps)
-        for dof in range(len(DOFS)):
-            self._advance(dof, nodes, top[first:])
-        self._base_end = base[-1]
-        self._last += len(base) - first
-        return np.asarray(top * np.tile(self._scale, 3))
-
-    def _rest(self, base: Array) -> Array:
+    def _begin(self, base: Array) -> Array:
         platform = self._platform
+        base = base / np.tile(self._scale, 2)
         for dof, (formula, load, w) in enumerate(
             zip(self._formulas, platform.load, platform.rest, strict=True)
         ):
@@ -64,9 +46,17 @@ class Integrator:
             # the top rides on the base; a law that does not balance there starts to slide at once
             ddu = -rate * (float(formula(tuple(platform.design), w)) - load)
             self._state.append((float(base[dof]) + w, float(base[4 + dof]), ddu))
-        return np.array([value[order] for order in range(3) for value in self._state])
+        top = np.array([value[order] for order in range(3) for value in self._state])
+        return np.asarray(top * np.tile(self._scale, 3))
 
-    def _advance(self, dof: int, nodes: Nodes, top: Array) -> None:
+    def _advance(self, samples: Array) -> Array:
+        nodes = self._nodes(samples / np.tile(self._scale, 2))
+        top = np.empty((len(samples) - 1, self.columns))
+        for dof in range(len(DOFS)):
+            self._move(dof, nodes, top)
+        return np.asarray(top * np.tile(self._scale, 3))
+
+    def _move(self, dof: int, nodes: Nodes, top: Array) -> None:
         columns = [dof, 4 + dof, 8 + dof]
         ends, mid = nodes.ends, nodes.mid
         if not any(self._state[dof]) and not ends[:, [dof, 4 + dof]].any():
@@ -97,60 +87,79 @@ class Integrator:
             # math.sqrt of a negative number: outside the law's domain; what is unfilled is NaN
             good = n - int(np.count_nonzero(np.isnan(out[0])))
         if good < n:
-            raise self._divergence(dof, good // self._substeps)
+            raise self._divergence(
+                good // self._substeps,
+                f'{DOFS[dof]} left the domain of law {platform.law.name} or the finite numbers',
+                'lower excitation.amplitude, raise platform.substeps or the damping',
+            )
         if n:
             self._state[dof] = (float(out[0][-1]), float(out[1][-1]), float(out[2][-1]))
             last = self._substeps - 1
             for column, line in zip(columns, out, strict=True):
                 top[:, column] = line[last :: self._substeps]
 
-    def _divergence(self, dof: int, good: int) -> DivergenceError:
-        sample = self._last + good
-        return DivergenceError(
-            f'{DOFS[dof]} left the domain of law {self._platform.law.name} or the finite numbers '
-            f'after sample {sample} ({sample * self._step:.3f} s); lower excitation.amplitude, '
-            'raise platform.substeps or the damping',
-            sample,
-        )
+
+def march(
+    force: Any,
+    design: Any,
+    damping: float,
+    stiffness: float,
+    load: float,
+    h: float,
+    state: Any,
+    v: Any,
+    v_mid: Any,
+    dv: Any,
+    dv_mid: Any,
+    u: Any,
+    du: Any,
+    ddu: Any,
+) -> int:
+    """Integrate u'' = -damping (u' - v') - stiffness (force(u - v) - load) in steps of h.
+
+    `state` is (u, u', u'') at v[0]; base position and velocity stand at the n + 1 step ends
+    (v, dv) and the n midpoints (v_mid, dv_mid). Fills u, du, ddu (n) at the step ends. Returns
+    the number of good steps: less than n where the state left the finite numbers.
+    """
+    half, sixth = 0.5 * h, h / 6.0
+    x, y, k1 = state
+    for j in range(len(v_mid)):
+        vm, dvm = v_mid[j], dv_mid[j]
+        y2 = y + half * k1
+        k2 = -damping * (y2 - dvm) - stiffness * (force(design, x + half * y - vm) - load)
+        y3 = y + half * k2
+        k3 = -damping * (y3 - dvm) - stiffness * (force(design, x + half * y2 - vm) - load)
+        y4 = y + h * k3
+        end, dend = v[j + 1], dv[j + 1]
+        k4 = -damping * (y4 - dend) - stiffness * (force(design, x + h * y3 - end) - load)
+        x = x + h * (y + sixth * (k1 + k2 + k3))
+        y = y + sixth * (k1 + 2.0 * (k2 + k3) + k4)
+        k1 = -damping * (y - dend) - stiffness * (force(design, x - end) - load)
+        # also false for NaN
+        if not abs(k1) < 1e300:
+            return j
+        u[j], du[j], ddu[j] = x, y, k1
+    return len(v_mid)
 
 
-class Nodes:
-    """Base position and velocity (., 8) at the step ends and midpoints."""
+@cache
+def compiled(law: str) -> tuple[Any, tuple[Any, ...]]:
+    """`march` and the four formulas of a law compiled by numba, the same bits (no fast-math).
 
-    def __init__(self, ends: Array, mid: Array) -> None:
-        self.ends, self.mid = ends, mid
+    Formulas are passed as typed function pointers, so one compiled `march`, cached on disk,
+    serves every law. Raises ImportError where numba is not installed.
+    """
+    from numba import float64, int64, njit, types
 
-
-def hermite_nodes(samples: Array, step: float, substeps: int) -> Nodes:
-    """The cubic through base position and velocity (n, 8), at step ends and midpoints."""
-    x0, x1, v0, v1 = samples[:-1, :4], samples[1:, :4], samples[:-1, 4:], samples[1:, 4:]
-
-    def at(s: float) -> Array:
-        position = (
-            (1 + 2 * s) * (1 - s) ** 2 * x0
-            + s * s * (3 - 2 * s) * x1
-            + step * (s * (1 - s) ** 2 * v0 + s * s * (s - 1) * v1)
-        )
-        velocity = 6 * s * (1 - s) * (x1 - x0) / step + (1 - s) * (1 - 3 * s) * v0
-        return np.hstack([position, velocity + s * (3 * s - 2) * v1])
-
-    n = len(x0)
-    mid = np.stack([at((j + 0.5) / substeps) for j in range(substeps)], axis=1)
-    inner = [at((j + 1.0) / substeps) for j in range(substeps - 1)]
-    ends = np.stack([*inner, samples[1:]], axis=1).reshape(n * substeps, 8)
-    return Nodes(np.vstack([samples[:1], ends]), mid.reshape(n * substeps, 8))
-
-
-def _kernel(law: str, kernel: str) -> tuple[Any, tuple[Any, ...], bool]:
-    if kernel != 'python':
-        try:
-            march, formulas = marching.compiled(law)
-            return march, formulas, False
-        except ImportError:
-            if kernel == 'numba':
-                raise InputError(
-                    "platform.kernel = 'numba' needs numba; pip install 'qzs_rig[fast]' "
-                    'or set platform.kernel to auto'
-                ) from None
-    march, formulas = marching.interpreted(law)
-    return march, formulas, True
+    real, line = float64, float64[::1]
+    # numba's own types carry no annotations
+    pack: Any = types.UniTuple
+    signature = int64(
+        types.FunctionType(bulk.formula_type()),
+        pack(real, 6),
+        *(real,) * 4,
+        pack(real, 3),
+        *(line,) * 7,
+    )
+    fast = njit(signature, cache=True, nogil=True)(march)
+    return fast, bulk.compiled(RESTORING[law].around)

@@ -11,8 +11,8 @@ import numpy as np
 from qzs_rig.excitation.drive import Drive
 from qzs_rig.excitation.envelope import fade_out, shaped
 from qzs_rig.excitation.shaker import refuse_beyond_limits
+from qzs_rig.mechanics.geometric.coupled_integrator import CoupledIntegrator
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
-from qzs_rig.mechanics.geometric.integrator import CoupledIntegrator
 from qzs_rig.mechanics.geometric.modes import cautions
 from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform

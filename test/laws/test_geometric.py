@@ -10,13 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.geometric.energy import elastic, potential
+from qzs_rig.mechanics.geometric.energy import elastic, gradient, potential, stiffness
 from qzs_rig.mechanics.geometric.equilibrium import equilibrium
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
 from qzs_rig.mechanics.geometric.modes import cautions, mass, modes
+from qzs_rig.mechanics.geometric.motion import wrench
 from qzs_rig.mechanics.geometric.pose import rotation
-from qzs_rig.mechanics.geometric.slope import gradient, stiffness
-from qzs_rig.mechanics.geometric.wrench import wrench
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring import geometric as projection
@@ -55,7 +54,7 @@ def push(geometry, pose):
     z, x, yaw, pitch, y, roll = pose
     turn = rotation(yaw, pitch, roll)
     axes = (*turn[:, 0].tolist(), *turn[:, 1].tolist())
-    return np.array(wrench(geometry.springs, (x, y, z), axes))
+    return np.array(wrench(math.sqrt, geometry.springs, (x, y, z), axes))
 
 
 @every_case
@@ -107,7 +106,7 @@ def test_a_quarter_turn_changes_nothing(case, quarter):
         before, after = elastic(geometry, centre, plate), elastic(geometry, there, aligned)
         assert after == pytest.approx(before, rel=1e-14)  # the arms add up in another order
         axes = (*aligned[:, 0].tolist(), *aligned[:, 1].tolist())
-        got = np.array(wrench(geometry.springs, tuple(there), axes)).reshape(2, 3)
+        got = np.array(wrench(math.sqrt, geometry.springs, tuple(there), axes)).reshape(2, 3)
         expected = push(geometry, pose).reshape(2, 3) @ turned.T
         assert np.allclose(got, expected, rtol=0, atol=1e-10)
 

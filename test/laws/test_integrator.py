@@ -12,8 +12,7 @@ from scipy.linalg import expm
 
 from qzs_rig import scenario
 from qzs_rig.errors import DivergenceError, InputError
-from qzs_rig.mechanics import marching
-from qzs_rig.mechanics.integrator import Integrator
+from qzs_rig.mechanics.integrator import Integrator, compiled
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.units import DOFS
@@ -298,7 +297,7 @@ def test_a_base_that_is_not_finite_is_a_divergence(kernel):
 def test_numba_must_be_there_when_it_is_asked_for(monkeypatch):
     base = base_at(1e-3 * np.arange(50))
     fast = integrate(platform(), 1e-3, base, kernel='numba')
-    marching.compiled.cache_clear()
+    compiled.cache_clear()
     monkeypatch.setitem(sys.modules, 'numba', None)
     with pytest.raises(InputError, match=r"platform.kernel = 'numba' needs numba; pip install"):
         Integrator(platform(), 1e-3, 1, 'numba')

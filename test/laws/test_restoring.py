@@ -11,8 +11,8 @@ import pytest
 from scipy.integrate import quad
 
 from qzs_rig import scenario
-from qzs_rig.mechanics import marching
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
+from qzs_rig.mechanics.integrator import compiled
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING, bulk, printed
 from qzs_rig.units import DOFS
@@ -72,9 +72,9 @@ def test_array_and_scalar_evaluation_give_the_same_bits(law, design):
 @every_law
 @every_dof
 def test_compiled_evaluation_gives_the_same_bits(law, dof):
-    compiled, plain = marching.compiled(law.name)[1][dof], law.bind(math.sqrt)[dof]
+    fast, plain = compiled(law.name)[1][dof], law.bind(math.sqrt)[dof]
     for design in DESIGNS.values():
-        got = [compiled(tuple(design), w) for w in W.tolist()]
+        got = [fast(tuple(design), w) for w in W.tolist()]
         assert got == [plain(design, w) for w in W.tolist()]
 
 

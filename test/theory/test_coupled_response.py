@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 
 from qzs_rig import scenario
 from qzs_rig.mechanics.geometric import motion
+from qzs_rig.mechanics.geometric.coupled_integrator import base_rows, body
 from qzs_rig.mechanics.geometric.geometry import Geometry
-from qzs_rig.mechanics.geometric.integrator import base_rows, body
 from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.coupled.coupled_response import coupled_response
@@ -62,7 +62,7 @@ def after_a_period(plate, omega, start):
         base = np.zeros((1, 8))
         base[0, index] = size * math.cos(omega * rate * t)
         base[0, 4 + index] = -size * omega * rate * math.sin(omega * rate * t)
-        return motion.rates(g.springs, body(g), base_rows(base)[0], y)
+        return motion.rates(math.sqrt, g.springs, body(g), base_rows(base)[0], y)
 
     end = 2 * np.pi / (omega * rate)
     return solve_ivp(rates, (0, end), start, 'DOP853', [end], rtol=1e-10, atol=1e-12).y[:, -1]

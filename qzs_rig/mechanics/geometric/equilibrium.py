@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.geometric.energy import potential
+from qzs_rig.mechanics.geometric.energy import gradient, potential, stiffness
 from qzs_rig.mechanics.geometric.geometry import Geometry
-from qzs_rig.mechanics.geometric.slope import gradient, stiffness
 from qzs_rig.samples import Array
 
 STEPS = 200

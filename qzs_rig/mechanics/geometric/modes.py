@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from qzs_rig.mechanics.geometric.energy import stiffness
 from qzs_rig.mechanics.geometric.equilibrium import Equilibrium, equilibrium
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
 from qzs_rig.mechanics.geometric.pose import rotation, turning_axes
-from qzs_rig.mechanics.geometric.slope import stiffness
 from qzs_rig.samples import Array
 
 ROUNDING = 1e-12

@@ -1,12 +1,13 @@
-"""Rigid body motion of the top plate, written once for the interpreter and numba."""
+"""Forces on the top plate and its motion as a rigid body, for the interpreter and numba.
+
+Force and torque of the springs are the slope of `energy.elastic`, derived by hand.
+"""
 
 from __future__ import annotations
 
 import math
 from functools import cache
 from typing import Any
-
-from qzs_rig.mechanics.geometric.wrench import Function, arm, wrench
 
 STATE = 13
 """Centre of mass (3) and its velocity (3), attitude quaternion w first (4), angular velocity in
@@ -17,8 +18,60 @@ and the rest is not read), its axes (9) as rows of world components, angular vel
 frame (3)."""
 
 
-def rates(springs: Any, body: Any, base: Any, state: Any) -> Any:
-    """Time derivative of `state`; `body` is CoupledPlatform's mass, inertia and damping."""
+def arm(sqrt: Any, springs: Any, x: Any, y: Any, z: Any) -> Any:
+    """Force (3) on the base's end of an arm that points along (x, y, z), by math's square root, or
+    numpy's for arrays and complex numbers.
+
+    The suspension spring pulls with k2/4 (1 - L20/l) along the arm; the leaf spring's force
+    is k3/4 span/l (span q - L1), q = z/h, across it: inclination knows no length.
+    """
+    k, kL, leaf, span, L1, _, _, _, _, _ = springs
+    hh = x * x + y * y
+    h, r = sqrt(hh), 1.0 / sqrt(hh + z * z)
+    q, c = z / h, k - kL * r
+    g = leaf * r * (span * q - L1)
+    s = c - g * q / h
+    return s * x, s * y, c * z + g
+
+
+def wrench(sqrt: Any, springs: Any, centre: Any, axes: Any) -> Any:
+    """Force on the plate and torque about its centre (6), base frame.
+
+    `springs` is Geometry.springs, `centre` (3) the plate's centre, `axes` (6) its x and y
+    axis. Opposite arms are formed as mirror images, so that a symmetric pose has exactly no
+    force off its symmetry.
+    """
+    _, _, _, _, _, L0, R, k1, L10, hinge = springs
+    x, y, z = centre
+    ax, ay, az, bx, by, bz = axes
+    px, py, pz = L0 * ax, L0 * ay, L0 * az
+    ux, uy, uz = arm(sqrt, springs, x + (px - R), y + py, z + pz)
+    vx, vy, vz = arm(sqrt, springs, x - (px - R), y - py, z - pz)
+    fx, fy, fz = ux + vx, uy + vy, uz + vz
+    ux, uy, uz = ux - vx, uy - vy, uz - vz
+    tx, ty, tz = py * uz - pz * uy, pz * ux - px * uz, px * uy - py * ux
+    px, py, pz = L0 * bx, L0 * by, L0 * bz
+    ux, uy, uz = arm(sqrt, springs, x + px, y + (py - R), z + pz)
+    vx, vy, vz = arm(sqrt, springs, x - px, y - (py - R), z - pz)
+    fx, fy, fz = fx + (ux + vx), fy + (uy + vy), fz + (uz + vz)
+    ux, uy, uz = ux - vx, uy - vy, uz - vz
+    tx, ty, tz = tx + (py * uz - pz * uy), ty + (pz * ux - px * uz), tz + (px * uy - py * ux)
+    below = z + L10
+    central = k1
+    if L10 != 0.0:
+        central = k1 - k1 * L10 / sqrt(x * x + y * y + below * below)
+    return (
+        -fx - central * x,
+        -fy - central * y,
+        -fz - central * below,
+        -tx - hinge * (bz - (az * bx - ax * bz)),
+        -ty - hinge * ((ay * bz - az * by) - az),
+        -tz - hinge * (ay - bx),
+    )
+
+
+def rates(sqrt: Any, springs: Any, body: Any, base: Any, state: Any) -> Any:
+    """Time derivative of `state`; `body` as of CoupledIntegrator, `base` a row (BASE)."""
     m, height, Iz, Ixy, Cz, Cxy, Cyaw, Ctilt, level, gravity = body
     x, y, z, vx, vy, vz, w, i, j, k, wx, wy, wz = state
     # the plate's axes in the world
@@ -49,7 +102,7 @@ def rates(springs: Any, body: Any, base: Any, state: Any) -> Any:
         bx, by, bz = (X0 * bx + X1 * by + X2 * bz, Y0 * bx + Y1 * by + Y2 * bz,
                       Z0 * bx + Z1 * by + Z2 * bz)  # fmt: skip
         cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    fx, fy, fz, tx, ty, tz = wrench(springs, (px, py, pz), (ax, ay, az, bx, by, bz))
+    fx, fy, fz, tx, ty, tz = wrench(sqrt, springs, (px, py, pz), (ax, ay, az, bx, by, bz))
     fx, fy, fz = fx - Cxy * ux, fy - Cxy * uy, fz - Cz * uz + level
     rx, ry, rz = (wx * ax + wy * bx + wz * cx, wx * ay + wy * by + wz * cy,
                   wx * az + wy * bz + wz * cz)  # fmt: skip
@@ -103,15 +156,15 @@ def march(
     all where the state left the finite numbers.
     """
     half, sixth, third = 0.5 * h, h / 6.0, h / 3.0
-    k1 = rates(springs, body, ends[0], state)
+    k1 = rates(math.sqrt, springs, body, ends[0], state)
     for n in range(len(mids)):
         mid, end = mids[n], ends[n + 1]
-        k2 = rates(springs, body, mid, ahead(state, half, k1))
-        k3 = rates(springs, body, mid, ahead(state, half, k2))
-        k4 = rates(springs, body, end, ahead(state, h, k3))
+        k2 = rates(math.sqrt, springs, body, mid, ahead(state, half, k1))
+        k3 = rates(math.sqrt, springs, body, mid, ahead(state, half, k2))
+        k4 = rates(math.sqrt, springs, body, end, ahead(state, h, k3))
         state = ahead(ahead(ahead(ahead(state, sixth, k1), third, k2), third, k3), sixth, k4)
         state = upright(state)
-        k1 = rates(springs, body, end, state)
+        k1 = rates(math.sqrt, springs, body, end, state)
         # also false for NaN
         size = abs(k1[3]) + abs(k1[4]) + abs(k1[5]) + abs(k1[10]) + abs(k1[11]) + abs(k1[12])
         if not size < 1e300:
@@ -121,7 +174,7 @@ def march(
 
 
 @cache
-def compiled() -> Function:
+def compiled() -> Any:
     """`march` compiled by numba, the same bits (no fast-math).
 
     Raises ImportError where numba is not installed.
@@ -136,5 +189,4 @@ def compiled() -> Function:
     pack: Any = types.UniTuple
     constants, rows = pack(float64, 10), float64[:, ::1]
     signature = int64(constants, constants, float64, pack(float64, STATE), *(rows,) * 4)
-    fast: Function = njit(signature, cache=True, nogil=True, error_model='numpy')(march)
-    return fast
+    return njit(signature, cache=True, nogil=True, error_model='numpy')(march)

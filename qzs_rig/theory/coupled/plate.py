@@ -8,7 +8,6 @@ at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -19,8 +18,6 @@ from qzs_rig.mechanics.geometric import motion
 from qzs_rig.mechanics.geometric.equilibrium import equilibrium
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.pose import axes_of, quaternion
-from qzs_rig.mechanics.geometric.wrench import bind
-from qzs_rig.mechanics.specialise import interpreted
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import Basis
 from qzs_rig.units import GRAVITY
@@ -28,8 +25,6 @@ from qzs_rig.units import GRAVITY
 COORDINATES = 6
 """Centre of mass x, y, z; then the vector part of the attitude's quaternion. Of the world, z up."""
 _STEP = 1e-150
-
-_rates: Callable[..., Any] = interpreted(motion.rates, {'wrench': bind(np.sqrt)[1]})
 
 
 @dataclass(frozen=True)
@@ -98,7 +93,7 @@ class Plate:
         ddi, ddj, ddk = ddq[3:]
         ddw = -(i * ddi + j * ddj + k * ddk + di * di + dj * dj + dk * dk + dw * dw) / w
         state = (x, y, z, *dq[:3], w, i, j, k, *_turning((w, i, j, k), (dw, di, dj, dk)))
-        slope = _rates(springs, body, self._row(omega, angle), state)
+        slope = motion.rates(np.sqrt, springs, body, self._row(omega, angle), state)
         turned = _turning((w, i, j, k), (ddw, ddi, ddj, ddk))
         return np.stack(
             [a - b for a, b in zip((*ddq[:3], *turned), (*slope[3:6], *slope[10:]), strict=True)]

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.errors import DivergenceError, InputError
+from qzs_rig.errors import DivergenceError
 from qzs_rig.mechanics.geometric import motion
 from qzs_rig.mechanics.geometric.equilibrium import equilibrium
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.geometric.pose import angles, axes_of, quaternion
-from qzs_rig.mechanics.integrator import hermite_nodes
+from qzs_rig.mechanics.stepping import Stepper, by_kernel
 from qzs_rig.samples import Array
 from qzs_rig.units import GRAVITY
 
@@ -20,51 +20,36 @@ FURTHEST_TURN = 1.0
 """Angle in rad between plate and base beyond which arms would collide."""
 
 
-class CoupledIntegrator:
+class CoupledIntegrator(Stepper):
     """Runge-Kutta from sample to sample of the top plate as a rigid body with six degrees of
     freedom, starting at rest relative to the base, in its equilibrium.
 
-    As `mechanics.integrator.Integrator`, with the same cubic base motion between samples and the
-    same bits for any chunks, by the interpreter or numba.
+    Columns 0-11 of the top motion (n, 18) are position, velocity, acceleration of the four degrees
+    of freedom; then y and roll, their velocities, their accelerations. SI, z up, of the plate's
+    centre. Diverges where the plate leaves the finite numbers or turns beyond FURTHEST_TURN.
     """
 
+    columns = 18
+
     def __init__(self, geometry: Geometry, step: float, substeps: int, kernel: str) -> None:
+        super().__init__(step, substeps)
         self._geometry = geometry
-        self._step = step
-        self._substeps = substeps
-        self._march, self._lists = _kernel(kernel)
+        fast = by_kernel(kernel, motion.compiled)
+        self._march, self._lists = fast or motion.march, fast is None
         self._rest = equilibrium(geometry).pose
         self._body = body(geometry)
-        self._state: tuple[float, ...] | None = None
-        self._base_end = np.empty(8)
-        self._last = 0  # index of the last base sample
+        self._state: tuple[float, ...] = ()
 
-    def push(self, base: Array) -> Array:
-        """Absolute top motion (n, 18) for the base motion (n, >= 8) at the next samples.
+    def _begin(self, base: Array) -> Array:
+        row = base_rows(base[None])[0]
+        self._state = _riding(self._geometry, self._rest, row)
+        springs = self._geometry.springs
+        slope = motion.rates(math.sqrt, springs, self._body, row.tolist(), self._state)
+        top = self._motion(np.array([self._state]), np.array([slope]), base[None])
+        return np.asarray(top[0])
 
-        Columns 0-11 are position, velocity, acceleration of the four degrees of freedom; then y
-        and roll, their velocities, their accelerations. SI, z up, of the plate's centre. Raises
-        DivergenceError where the plate leaves the finite numbers or turns beyond FURTHEST_TURN.
-        """
-        if len(base) == 0:
-            return np.empty((0, 18))
-        base, first = base[:, :8], 0
-        top = np.empty((len(base), 18))
-        if self._state is None:
-            row = base_rows(base[:1])[0]
-            self._state = _riding(self._geometry, self._rest, row)
-            slope = motion.rates(self._geometry.springs, self._body, row.tolist(), self._state)
-            top[:1] = self._motion(np.array([self._state]), np.array([slope]), base[:1])
-            self._base_end, first = base[0], 1
-        samples = np.vstack([self._base_end, base[first:]])
-        states, slopes = self._advance(samples)
-        top[first:] = self._motion(states, slopes, base[first:])
-        self._base_end = base[-1]
-        self._last += len(base) - first
-        return top
-
-    def _advance(self, samples: Array) -> tuple[Array, Array]:
-        nodes = hermite_nodes(samples, self._step, self._substeps)
+    def _advance(self, samples: Array) -> Array:
+        nodes = self._nodes(samples)
         ends, mids = base_rows(nodes.ends), base_rows(nodes.mid)
         n = len(mids)
         states: Any = np.empty((n, motion.STATE))
@@ -86,12 +71,13 @@ class CoupledIntegrator:
             # numbers too large or an arm of no length; what is unfilled is ()
             good = states.index(())
         if good < n:
-            raise self._divergence(good // self._substeps, 'left the finite numbers')
+            raise self._fallen(good // self._substeps, 'left the finite numbers')
         if n:
             self._state = tuple(float(value) for value in states[-1])
         last = slice(self._substeps - 1, None, self._substeps)
         shape = (n // self._substeps, motion.STATE)
-        return np.reshape(states[last], shape), np.reshape(slopes[last], shape)
+        states, slopes = np.reshape(states[last], shape), np.reshape(slopes[last], shape)
+        return self._motion(states, slopes, samples[1:])
 
     def _motion(self, states: Array, slopes: Array, base: Array) -> Array:
         self._refuse_fallen(states, base)
@@ -116,15 +102,14 @@ class CoupledIntegrator:
         fallen = np.asarray(trace < 1.0 + 2.0 * math.cos(FURTHEST_TURN))
         if fallen.any():
             first = int(fallen.argmax())
-            raise self._divergence(first, f'turned more than {FURTHEST_TURN:g} rad on the base')
+            raise self._fallen(first, f'turned more than {FURTHEST_TURN:g} rad on the base')
 
-    def _divergence(self, good: int, what: str) -> DivergenceError:
-        sample = self._last + good
-        return DivergenceError(
-            f'the coupled plate {what} after sample {sample} ({sample * self._step:.3f} s); lower '
-            'excitation.amplitude, raise platform.hinge or platform.substeps (see qzs-rig modes)',
-            sample,
+    def _fallen(self, good: int, how: str) -> DivergenceError:
+        way_out = (
+            'lower excitation.amplitude, raise platform.hinge or platform.substeps (see qzs-rig '
+            'modes)'
         )
+        return self._divergence(good, f'the coupled plate {how}', way_out)
 
 
 def body(geometry: Geometry) -> tuple[float, ...]:
@@ -177,16 +162,3 @@ def _after(first: Array, second: Array) -> Array:
             w * d + x * c - y * b + z * a,
         ]
     )
-
-
-def _kernel(kernel: str) -> tuple[Any, bool]:
-    if kernel != 'python':
-        try:
-            return motion.compiled(), False
-        except ImportError:
-            if kernel == 'numba':
-                raise InputError(
-                    "platform.kernel = 'numba' needs numba; pip install 'qzs_rig[fast]' "
-                    'or set platform.kernel to auto'
-                ) from None
-    return motion.march, True
