@@ -83,7 +83,7 @@ def javascript() -> str:
 def _plots(sheet: Sheet) -> list[Plot]:
     plots: list[Plot] = []
     for k, panel in enumerate(sheet.panels):
-        plot = _plot(panel, LINKED_HEIGHT if sheet.linked else HEIGHT)
+        plot = _plot(panel, *((LINKED_HEIGHT, LEFT) if sheet.linked else (HEIGHT, 0)))
         if sheet.linked and k >= sheet.columns:
             plot.x_range = plots[k - sheet.columns].x_range
             plot.toolbar_location = None
@@ -93,13 +93,13 @@ def _plots(sheet: Sheet) -> list[Plot]:
     return plots
 
 
-def _plot(panel: Panel, height: float) -> Plot:
+def _plot(panel: Panel, height: float, left: int) -> Plot:
     from bokeh.plotting import figure
 
     plot = figure(
         height=round(height * panel.height),
         sizing_mode='stretch_width',
-        min_border_left=LEFT,
+        min_border_left=left,
         min_border_right=12,
         x_axis_type='log' if 'x' in panel.log else 'linear',
         y_axis_type='log' if 'y' in panel.log else 'linear',
@@ -123,7 +123,7 @@ def _plot(panel: Panel, height: float) -> Plot:
 
 
 def _dress(plot: Plot, panel: Panel) -> None:
-    from bokeh.models import FixedTicker, LogTicker, PrintfTickFormatter, Range1d
+    from bokeh.models import FixedTicker, PrintfTickFormatter, Range1d
     from bokeh.models.annotations import Span
 
     for axis in plot.axis:
@@ -133,22 +133,36 @@ def _dress(plot: Plot, panel: Panel) -> None:
         axis.axis_label_text_color, axis.major_label_text_color = INK, QUIET
         axis.axis_line_color = axis.major_tick_line_color = axis.minor_tick_line_color = RULE
     plot.grid.grid_line_color = GRID
-    for axis, grid, name in ((plot.xaxis, plot.xgrid, 'x'), (plot.yaxis, plot.ygrid, 'y')):
+    for name, axis, grid in (('x', plot.xaxis, plot.xgrid), ('y', plot.yaxis, plot.ygrid)):
+        span = panel.span(name)
+        setattr(plot, f'{name}_range', Range1d(start=span[0], end=span[1]))
         if name in panel.log:
-            axis.ticker = grid.ticker = LogTicker(mantissas=[1, 2, 5])
+            axis.ticker = grid.ticker = _log_ticker(*span)
             axis.formatter = PrintfTickFormatter(format='%g')
-    if panel.y_step is not None and panel.y_range is not None:
-        low, high = (edge / panel.y_step for edge in panel.y_range)
+        else:
+            axis.minor_tick_line_color = None
+    if panel.y_step is not None:
+        low, high = (edge / panel.y_step for edge in panel.span('y'))
         ticks = (panel.y_step * np.arange(np.ceil(low), np.floor(high) + 1)).tolist()
         plot.yaxis.ticker = plot.ygrid.ticker = FixedTicker(ticks=ticks)
-    if panel.x_range is not None:
-        plot.x_range = Range1d(start=panel.x_range[0], end=panel.x_range[1])
-    if panel.y_range is not None:
-        plot.y_range = Range1d(start=panel.y_range[0], end=panel.y_range[1])
     if panel.level is not None:
-        plot.add_layout(
-            Span(location=panel.level, line_color=RULE, line_dash='dotted', level='underlay')
-        )
+        style: dict[str, Any] = {'line_color': RULE, 'line_dash': 'dotted', 'level': 'underlay'}
+        plot.add_layout(Span(location=panel.level, **style))
+
+
+def _log_ticker(low: float, high: float) -> Any:
+    """Ticks at 1, 2 and 5 of a decade; at every digit below one decade, at powers above three."""
+    from bokeh.models import FixedTicker
+
+    bottom, top = np.log10(low), np.log10(high)
+    many, few = top - bottom < 0.9, top - bottom > 3.0
+    named = range(1, 10) if many else (1,) if few else (1, 2, 5)
+    powers = range(int(np.floor(bottom)) - 2, int(np.ceil(top)) + 2)
+    every = [(digit, digit * 10.0**power) for power in powers for digit in range(1, 10)]
+    return FixedTicker(
+        ticks=[value for digit, value in every if digit in named],
+        minor_ticks=[value for _, value in every],
+    )
 
 
 def _hover(panel: Panel, renderers: list[Any], notes: bool) -> Any:

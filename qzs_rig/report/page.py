@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from html import escape
 
 from qzs_rig.report.interactive import drawing, javascript, place_ids
-from qzs_rig.report.sheet import MARKS, Panel, Sheet, key
+from qzs_rig.report.sheet import MARKS, Entry, Panel, Sheet, key
 from qzs_rig.report.skin import BOOT, STYLE
 from qzs_rig.report.table import Table
 
@@ -146,10 +146,15 @@ def _panel(place: str, panel: Panel, sheet: Sheet, own_key: bool) -> str:
 def _key(*panels: Panel) -> str:
     return ''.join(
         f'<button type="button" aria-pressed="true" data-label="{escape(entry.label)}">'
-        f'<span style="color:{entry.colour}">{entry.character}</span> '
-        f'{escape(entry.label)}</button>'
+        f'{_swatch(entry)} {escape(entry.label)}</button>'
         for entry in key(*panels)
     )
+
+
+def _swatch(entry: Entry) -> str:
+    if entry.stroke:
+        return f'<i style="border-top:2px {entry.stroke} {entry.colour}"></i>'
+    return f'<span style="color:{entry.colour}">{entry.character}</span>'
 
 
 def _policy(*scripts: str) -> str:

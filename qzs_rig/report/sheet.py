@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -44,8 +45,7 @@ MARKS = {
     'arrow_down': Mark('inverted_triangle', 0.0, r'$\downarrow$', '↓'),
 }
 
-STROKES = {'solid': '━━', 'dashed': '╌╌', 'dotted': '┈┈'}
-"""Each with the characters that stand for it in a key."""
+STROKES = ('solid', 'dashed', 'dotted')
 
 
 @dataclass(frozen=True)
@@ -134,6 +134,20 @@ class Panel:
     y_step: float | None = None
     height: float = 1.0
 
+    def span(self, axis: str) -> tuple[float, float]:
+        """First view of `axis`, x or y: its range, or all there is, in y with room about it."""
+        given = self.x_range if axis == 'x' else self.y_range
+        if given is not None:
+            return given
+        there = np.concatenate([np.ravel(v) for item in self.items for v in _values(item, axis)])
+        if axis in self.log:
+            there = np.log(there[there > 0.0])
+        there = there[np.isfinite(there)]
+        low, high = (float(there.min()), float(there.max())) if there.size else (0.0, 1.0)
+        room = (0.06 if axis == 'y' else 0.0) * (high - low) if low < high else 0.5
+        low, high = low - room, high + room
+        return (math.exp(low), math.exp(high)) if axis in self.log else (low, high)
+
 
 @dataclass(frozen=True)
 class Sheet:
@@ -156,6 +170,13 @@ class Sheet:
         return self.linked or len({tuple(key(panel)) for panel in self.panels}) == 1
 
 
+def _values(item: Item, axis: str) -> tuple[Array, ...]:
+    if isinstance(item, Band) and axis == 'y':
+        return item.low, item.high
+    values: Array = getattr(item, axis)
+    return (values,)
+
+
 def hue(number: int) -> str:
     """Colour of curve `number`, 0 first."""
     return HUES[number % len(HUES)]
@@ -166,7 +187,9 @@ class Entry(NamedTuple):
 
     label: str
     colour: str
-    character: str
+    character: str = ''
+    stroke: str = ''
+    """A character, or the stroke of a line."""
 
 
 def key(*panels: Panel) -> list[Entry]:
@@ -188,6 +211,4 @@ def _entries(item: Item) -> Iterator[Entry]:
     elif isinstance(item, Band):
         yield Entry(item.label, item.colour, '▒')
     elif isinstance(item, Curve):
-        yield Entry(
-            item.label, item.colour, {'dashed': '╌╌', 'dotted': '┈┈'}.get(item.stroke, '━━')
-        )
+        yield Entry(item.label, item.colour, stroke=item.stroke)

@@ -38,6 +38,7 @@ figcaption { display: flex; flex-wrap: wrap; gap: 2px 18px; font-size: .85rem;
   color: var(--quiet); padding-left: 84px; }
 figcaption button { font: inherit; color: var(--ink); background: none; border: 0; padding: 2px 0;
   cursor: pointer; text-align: left; overflow-wrap: anywhere; }
+figcaption i { display: inline-block; width: 22px; vertical-align: middle; }
 figcaption button[aria-pressed=false] { opacity: .4; text-decoration: line-through; }
 details summary { cursor: pointer; }
 pre { overflow-x: auto; font-size: .82rem; background: var(--paper); padding: 10px;
