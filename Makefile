@@ -32,7 +32,7 @@ lint: .venv
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python >= 3.10 is needed: make PYTHON=python3.11")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check --upgrade pip
-	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[ros,fast,test]'
+	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[ros,test]'
 	touch $(VENV)
 
 # the report is tested in a real browser

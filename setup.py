@@ -34,6 +34,7 @@ setup(
         'numpy>=1.24,<3',
         'PyYAML>=6,<7',
         'mcap>=1.2,<2',
+        'numba>=0.59,<1',
         'rosbags>=0.10,<0.12',
         'scipy>=1.11,<2',
         'zstandard>=0.21,<1',
@@ -47,7 +48,6 @@ setup(
             'ros-kilted-rmw-fastrtps-cpp>=9.3,<10',
             'ros-kilted-common-interfaces>=5.5,<6',
         ],
-        'fast': ['numba>=0.59,<1'],
         'picture': ['matplotlib>=3.7,<4'],
         'campaign': ['dask>=2024.1,<2028', 'distributed>=2024.1,<2028', 'pyarrow>=15,<30'],
         # what benchmarks hold the theory against
@@ -64,7 +64,6 @@ setup(
             'colcon-core>=0.15,<1',
             'colcon-ros>=0.5,<1',
             'matplotlib>=3.7,<4',
-            'numba>=0.59,<1',
             'dask>=2024.1,<2028',
             'distributed>=2024.1,<2028',
             'pyarrow>=15,<30',

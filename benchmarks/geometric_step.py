@@ -1,5 +1,5 @@
-"""Time of one coupled step (six degrees of freedom, four evaluations of the wrench), default
-install against numba and against the four uncoupled degrees of freedom; budget 50 us."""
+"""Time of one coupled step (six degrees of freedom, four evaluations of the wrench), interpreter
+against numba and against the four uncoupled degrees of freedom; budget 50 us."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def rate(work: Callable[[], object], repeats: int = 15) -> float:
 def main() -> None:
     w = np.random.default_rng(0).uniform(-0.9, 0.9, (POINTS // 4, 4))
     if bulk.kernel() is None:
-        print("numba is not installed (pip install 'qzs_rig[fast]'): both columns are numpy's")
+        print("numba cannot be imported: both columns are numpy's")
     rates = {
         law.name: (
             rate(lambda law=law: law.force(PAPER_DESIGN, w)),

@@ -1,4 +1,4 @@
-"""Speed of `qzs-rig run`, default install against numba, recorded or not, and a peer: the same base
+"""Speed of `qzs-rig run`, interpreter against numba, recorded or not, and a peer: the same base
 motion through scipy's general-purpose integrator, the usual way to do this in a script."""
 
 from __future__ import annotations

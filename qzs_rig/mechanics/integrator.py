@@ -147,7 +147,7 @@ def compiled(law: str) -> tuple[Any, tuple[Any, ...]]:
     """`march` and the four formulas of a law compiled by numba, the same bits (no fast-math).
 
     Formulas are passed as typed function pointers, so one compiled `march`, cached on disk,
-    serves every law. Raises ImportError where numba is not installed.
+    serves every law. Raises ImportError where numba cannot be imported.
     """
     from numba import float64, int64, njit, types
 

@@ -139,6 +139,7 @@ def loaded_by(statement: str) -> set[str]:
 
 def test_the_physics_loads_no_middleware_and_no_plotting():
     names = [f'qzs_rig.{name}' for name in PLAIN]
+    names += ['qzs_rig.run.stages', 'qzs_rig.theory.motion.stroboscope']
     names += ['qzs_rig.mechanics.integrator', 'qzs_rig.theory.single_term', 'qzs_rig.excitation']
     loaded = loaded_by(f'import qzs_rig, {", ".join(names)}')
     assert 'numpy' in loaded

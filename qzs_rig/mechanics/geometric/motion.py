@@ -177,7 +177,7 @@ def march(
 def compiled() -> Any:
     """`march` compiled by numba, the same bits (no fast-math).
 
-    Raises ImportError where numba is not installed.
+    Raises ImportError where numba cannot be imported.
     """
     from numba import float64, int64, njit, types
     from numba.extending import register_jitable

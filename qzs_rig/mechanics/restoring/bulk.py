@@ -1,4 +1,7 @@
-"""One law over many points: numpy, or compiled threads where numba is installed. The same bits."""
+"""One law over many points: compiled threads, or numpy where numba cannot be imported.
+
+Both give the same bits.
+"""
 
 from __future__ import annotations
 
