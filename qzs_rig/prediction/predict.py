@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -143,13 +144,13 @@ def _lengths(path: _Path) -> Array:
 
 
 def _piece(path: _Path, along: Array, first: int, end: int, scale: Scale) -> Branch:
-    s = _finer(along[first : end + 1])
-    f = np.exp(_spline(along, path.log_omega, s))
+    log_omega, real, imag, stroke = _spline(along, path)(_finer(along[first : end + 1])).T
+    f = np.exp(log_omega)
     edge = np.exp(path.log_omega[[first, end]])
     f = np.clip(f, edge.min(), edge.max())  # a spline may swing beyond the fold it ends in
     f = np.maximum.accumulate(f if edge[1] > edge[0] else f[::-1])
     way = slice(None, None, 1 if edge[1] > edge[0] else -1)
-    ratio = (_spline(along, path.ratio.real, s) + 1j * _spline(along, path.ratio.imag, s))[way]
+    ratio = (real + 1j * imag)[way]
     phase = np.degrees(np.angle(ratio))
     steady = path.stable[first : end + 1].copy()
     # a fold is as stable as what it ends
@@ -162,25 +163,23 @@ def _piece(path: _Path, along: Array, first: int, end: int, scale: Scale) -> Bra
         f * scale.hertz,
         np.abs(ratio),
         np.where(phase > -180.0, phase, 180.0),
-        scale.length * _spline(along, path.stroke, s)[way],
+        scale.length * stroke[way],
         stable[way],
     )
+
+
+def _spline(along: Array, path: _Path) -> Callable[[Array], Array]:
+    """ln Ω, both parts of the ratio and the stroke (m, 4) at places (m,) along the path; the slopes
+    are those of parabolas through three points."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    columns = np.stack([path.log_omega, path.ratio.real, path.ratio.imag, path.stroke], axis=1)
+    spline: Callable[[Array], Array] = CubicHermiteSpline(
+        along, columns, np.gradient(columns, along, axis=0)
+    )
+    return spline
 
 
 def _finer(along: Array) -> Array:
     inner = along[:-1, None] + np.diff(along)[:, None] * np.arange(FINER) / FINER
     return np.append(inner.ravel(), along[-1])
-
-
-def _spline(x: Array, y: Array, at: Array) -> Array:
-    """Cubic Hermite through (x, y), both (n,), the slopes those of parabolas through three."""
-    slope = np.asarray(np.gradient(y, x))
-    k = np.clip(np.searchsorted(x, at, side='right') - 1, 0, len(x) - 2)
-    h = x[k + 1] - x[k]
-    t = (at - x[k]) / h
-    return np.asarray(
-        (1 + 2 * t) * (1 - t) ** 2 * y[k]
-        + t * (1 - t) ** 2 * h * slope[k]
-        + t**2 * (3 - 2 * t) * y[k + 1]
-        + t**2 * (t - 1) * h * slope[k + 1]
-    )
