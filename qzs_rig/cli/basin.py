@@ -86,11 +86,8 @@ def execute(options: argparse.Namespace) -> int:
     )
     document = _document(found, oscillator)
     text = _table(found, dof).to_text()
-    if options.out is not None:
-        written = _written(options.out, found, dof)
-        document['files'] = [str(path) for path in written]
-        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
-    shared.show(options, document, text)
+    written = _written(options.out, found, dof) if options.out is not None else []
+    shared.show(options, document, text, written)
     return 0
 
 
@@ -217,6 +214,7 @@ def _margin(options: argparse.Namespace, oscillator: Oscillator) -> int:
     for omega, reason in zip(omegas.tolist(), reasons, strict=True):
         if reason:
             text += f'\n\nomega {omega:.4g}: {reason}'
+    written: list[Path] = []
     if options.out is not None:
         kicks = (Curve('kick', omegas, columns['kick'], hue(0), width=1.0),)
         rises = (Curve('level factor', omegas, columns['rise'], hue(1), width=1.0),)
@@ -229,7 +227,5 @@ def _margin(options: argparse.Namespace, oscillator: Oscillator) -> int:
             csv(options.out, 'margin', tuple(columns), list(columns.values())),
             npz(options.out, 'margin', columns),
         ]
-        document['files'] = [str(path) for path in written]
-        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
-    shared.show(options, document, text)
+    shared.show(options, document, text, written)
     return 0

@@ -128,11 +128,8 @@ def execute(options: argparse.Namespace) -> int:
     text = '\n\n'.join(
         [_table(options.vary, parts).to_text(), *_words(options.vary, parts, options.error)]
     )
-    if options.out is not None:
-        written = _written(options.out, options.vary, parts)
-        document['files'] = [str(path) for path in written]
-        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
-    shared.show(options, document, text)
+    written = _written(options.out, options.vary, parts) if options.out is not None else []
+    shared.show(options, document, text, written)
     return 0
 
 

@@ -116,13 +116,10 @@ def execute(options: argparse.Namespace) -> int:
         varied = varied_response(oscillator, *variation(options.vary, options.at))
         answer = resonance.with_variation(answer, varied)
     text = answer.text
-    if options.out is not None:
-        written = response_page.write(options.out, answer)
-        answer.document['files'] = [str(path) for path in written]
-        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
+    written = response_page.write(options.out, answer) if options.out is not None else []
     for caution in answer.cautions:
         print(f'caution: {caution}', file=sys.stderr)
-    shared.show(options, answer.document, text)
+    shared.show(options, answer.document, text, written)
     return 0
 
 

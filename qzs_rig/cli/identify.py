@@ -91,13 +91,10 @@ def execute(options: argparse.Namespace) -> int:
         progress.update(1.0)
     document = told.document(found)
     text = told.text(found)
-    if options.out is not None:
-        written = _written(options.out, found, document)
-        document['files'] = [str(path) for path in written]
-        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
+    written = _written(options.out, found, document) if options.out is not None else []
     for caution in found.cautions:
         print(f'caution: {caution}', file=sys.stderr)
-    shared.show(options, document, text)
+    shared.show(options, document, text, written)
     return 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,7 @@ def execute(options: argparse.Namespace) -> int:
         'verdict': verdict(found),
     }
     text = _table(found, dof).to_text() + f'\n\n{document["verdict"]}'
+    written: list[Path] = []
     if options.out is not None:
         columns = [runs.w, runs.velocity, found.value, found.error]
         names = ('w', 'velocity', 'exponent', 'standard_error')
@@ -99,9 +101,7 @@ def execute(options: argparse.Namespace) -> int:
             csv(options.out, 'lyapunov', names, columns),
             npz(options.out, 'lyapunov', dict(zip(names, columns, strict=True))),
         ]
-        document['files'] = [str(path) for path in written]
-        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
-    shared.show(options, document, text)
+    shared.show(options, document, text, written)
     return 0
 
 

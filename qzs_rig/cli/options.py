@@ -64,6 +64,14 @@ def joined(arguments: Sequence[str]) -> list[str]:
     return words
 
 
-def show(options: argparse.Namespace, document: dict[str, Any], text: str) -> None:
-    """The document with --json, else the text."""
+def show(
+    options: argparse.Namespace,
+    document: dict[str, Any],
+    text: str,
+    written: Sequence[Path] = (),
+) -> None:
+    """The document with --json, else the text; either names the files `written`, if any."""
+    if written:
+        document = document | {'files': [str(path) for path in written]}
+        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
     print(json.dumps(document, allow_nan=False) if options.json else text)

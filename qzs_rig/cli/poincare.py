@@ -73,11 +73,8 @@ def execute(options: argparse.Namespace) -> int:
         portraits.append(portrait(dof, runs, periods, options.steps))
     document = {'periods': periods, 'runs': [_document(each) for each in portraits]}
     text = '\n\n'.join([_table(portraits, periods).to_text(), *map(_word, portraits)])
-    if options.out is not None:
-        written = _written(options.out, portraits)
-        document['files'] = [str(path) for path in written]
-        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
-    shared.show(options, document, text)
+    written = _written(options.out, portraits) if options.out is not None else []
+    shared.show(options, document, text, written)
     return 0
 
 

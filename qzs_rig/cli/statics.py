@@ -72,11 +72,8 @@ def execute(options: argparse.Namespace) -> int:
     tables = datasheet.tables(found, (dof,) if dof else DOFS)
     document = datasheet.document(found)
     text = '\n\n'.join(table.to_text() for table in tables)
-    if options.out is not None:
-        written = _written(options.out, found, tables)
-        document['files'] = [str(path) for path in written]
-        text += '\n\n' + '\n'.join(f'wrote    {path}' for path in written)
-    shared.show(options, document, text)
+    written = _written(options.out, found, tables) if options.out is not None else []
+    shared.show(options, document, text, written)
     return 0
 
 

@@ -56,7 +56,7 @@ def _column(found: Identified, item: Set, residual: Array) -> tuple[Panel, Panel
                 f, colour = points.frequency_hz[where], hue(0, direction)
                 items.append(Points(label, f, y[where], colour, mark, 4.0, hollow))
     title = f'{dof_name(points.dof)}: fitted branches'
-    about = 'residual / std (open: phase)'
+    about = 'residual / std\n(open: phase)'
     return (
         Panel(title, FREQUENCY, MAGNITUDE, tuple(magnitude), 'y', 1.0, height=0.6),
         Panel('', FREQUENCY, PHASE, tuple(phase), height=0.3),

@@ -84,6 +84,9 @@ def _plots(sheet: Sheet) -> list[Plot]:
     plots: list[Plot] = []
     for k, panel in enumerate(sheet.panels):
         plot = _plot(panel, *((LINKED_HEIGHT, LEFT) if sheet.linked else (HEIGHT, 0)))
+        if sheet.columns > 2 and 'x' not in panel.log:
+            # narrow: more labels would run into each other
+            plot.xaxis.ticker.desired_num_ticks = 4
         if sheet.linked and k >= sheet.columns:
             plot.x_range = plots[k - sheet.columns].x_range
             plot.toolbar_location = None
