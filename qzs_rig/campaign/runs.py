@@ -19,7 +19,7 @@ from qzs_rig.campaign.bank import (
 from qzs_rig.campaign.part import Harvest
 from qzs_rig.campaign.points import Points
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.theory.motion.accuracy import cheapest_steps
+from qzs_rig.theory.motion.accuracy import alike, cheapest_steps
 from qzs_rig.theory.motion.batch import Batch
 
 INPUTS = (
@@ -33,9 +33,6 @@ STEPS = (
     Parameter('steps', int, 0, '', 'integration steps a period; 0: as few as keep `error`', 0),
     Parameter('error', float, 1e-6, '', 'of w, when steps are chosen', 0.0, above=True),
 )
-THIRDS = 3.0
-"""Parts of an octave of frequency that share their steps: what serves one frequency is too long
-for a much lower one."""
 LOST = "the motion left the law's domain"
 
 
@@ -43,8 +40,7 @@ def groups(points: Points, harvest: Harvest) -> Iterator[tuple[NDArray[np.int64]
     """The points' rows and runs, those of one law, motion and third of an octave together."""
     for bank in banks(points, harvest):
         runs = batch(points, bank)
-        third = np.round(np.log2(runs.omega) * THIRDS)
-        for which in (np.flatnonzero(third == one) for one in np.unique(third)):
+        for which in alike(runs):
             yield bank.rows[which], runs[which]
 
 

@@ -13,7 +13,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.splitting import ORDER
-from qzs_rig.theory.motion.stroboscope import RETURN, Stroboscope, strobe
+from qzs_rig.theory.motion.stroboscope import RETURN, Stroboscope, joined, strobe
 
 LADDER = tuple(round(4.5 * 2.0 ** (k / 4.0)) for k in range(2, 29))
 """Steps a period that are tried."""
@@ -51,12 +51,12 @@ def strobe_within(
         )
     how: dict[str, Any] = {'periods': periods, 'keep': keep, 'early': early, 'workers': workers}
     how['tolerance'] = max(FINEST, min(RETURN, 0.1 * error))
-    whole: Stroboscope | None = None
-    for which in alike(runs):
-        some = _checked(runs[which], error, how)
-        whole = some if len(which) == len(runs) else _put(whole or _blank(runs, some), some, which)
-    assert whole is not None, 'no runs'
-    return whole
+    groups = alike(runs)
+    parts = [_checked(runs[which], error, how) for which in groups]
+    if len(parts) == 1:
+        return parts[0]
+    order = np.concatenate(groups)
+    return joined(parts, runs[order])[np.argsort(order)]
 
 
 def alike(runs: Batch) -> list[NDArray[np.int64]]:
@@ -92,11 +92,11 @@ def _checked(runs: Batch, error: float, how: Mapping[str, Any]) -> Stroboscope:
     while left.size and steps < 16 * LADDER[-1]:
         steps *= 2
         finer = _run(runs[left], steps, how)
-        missed = _missed(part(fine, left), finer)
+        missed = _missed(fine[left], finer)
         away = missed * (2.0**ORDER - 1.0)
         helped = away < fine.error[left] * WORTHWHILE
         missed = np.where(helped, missed, away)
-        fine = _put(fine, replace(finer, error=missed), left)
+        fine.put(left, replace(finer, error=missed))
         left = left[helped & (missed > error)]
     return fine
 
@@ -116,27 +116,3 @@ def _missed(coarse: Stroboscope, fine: Stroboscope) -> Array:
     if fine.w.shape[1]:
         away = np.maximum(np.max(np.abs(coarse.w - fine.w), axis=1), away)
     return np.asarray(np.where(np.isnan(away), np.nan, away / (ratio**ORDER - 1.0)))
-
-
-FIELDS = ('w', 'velocity', 'period', 'settled', 'end', 'fundamental', 'low', 'high', 'error')
-
-
-def _blank(runs: Batch, like: Stroboscope) -> Stroboscope:
-    n = len(runs)
-    empty: dict[str, Any] = {
-        name: np.empty((n, *getattr(like, name).shape[1:]), getattr(like, name).dtype)
-        for name in (*FIELDS, 'steps')
-    }
-    return replace(like, runs=runs, **empty)
-
-
-def part(whole: Stroboscope, which: NDArray[np.int64]) -> Stroboscope:
-    """Some of the runs."""
-    picked = {name: getattr(whole, name)[which] for name in (*FIELDS, 'steps')}
-    return replace(whole, runs=whole.runs[which], **picked)
-
-
-def _put(whole: Stroboscope, part: Stroboscope, which: NDArray[np.int64]) -> Stroboscope:
-    for name in (*FIELDS, 'steps'):
-        getattr(whole, name)[which] = getattr(part, name)
-    return whole

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
-from qzs_rig.theory.motion.accuracy import FIELDS, alike, cheapest_steps, strobe_within
+from qzs_rig.theory.motion.accuracy import alike, cheapest_steps, strobe_within
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.lyapunov import Exponents, exponents
-from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
+from qzs_rig.theory.motion.stroboscope import Stroboscope, joined, strobe
 
 KINDS = ('periodic', 'transient', 'chaotic', 'undecided', 'lost')
 
@@ -89,14 +88,11 @@ def carried(
             own = own.starting(parts[-1].end[:, 0], parts[-1].end[:, 1])
         parts.append(strobe(own, steps=int(each[k]), periods=periods, keep=keep, early=early))
         progress(k + 1)
-    fields: dict[str, Any] = {
-        name: np.concatenate([getattr(part, name) for part in parts]) for name in (*FIELDS, 'steps')
-    }
     began = runs.starting(
         np.concatenate([part.runs.w for part in parts]),
         np.concatenate([part.runs.velocity for part in parts]),
     )
-    return judged(replace(parts[0], runs=began, **fields))
+    return judged(joined(parts, began))
 
 
 def judged(seen: Stroboscope) -> Diagram:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
-from qzs_rig.theory.motion.accuracy import cheapest_steps, part
+from qzs_rig.theory.motion.accuracy import cheapest_steps
 from qzs_rig.theory.motion.basin import Attractor, attractors
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import Stroboscope, history, strobe
@@ -107,7 +107,7 @@ class _Trial:
                 break
             best = float(np.abs(kicks[jumped]).min())
             first = jumped & (np.abs(kicks) == best)
-            there = attractors(part(seen, np.flatnonzero(first)))[1][0]
+            there = attractors(seen[first])[1][0]
             low = max(0.0, best - bound / (TRIES // 2))
         return best, there
 

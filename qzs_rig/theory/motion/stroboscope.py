@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,12 @@ RETURN = 1e-8
 
 FAR = 1e6
 """|w| from which a run counts as lost where its law holds anywhere."""
+
+
+_PER_RUN = (
+    *('steps', 'w', 'velocity', 'period', 'settled', 'end', 'fundamental', 'low', 'high'),
+    'error',
+)
 
 
 @dataclass(frozen=True)
@@ -52,6 +59,16 @@ class Stroboscope:
     high: Array
     error: Array
 
+    def __getitem__(self, which: Any) -> Stroboscope:
+        """Some of the runs."""
+        picked = {name: getattr(self, name)[which] for name in _PER_RUN}
+        return replace(self, runs=self.runs[which], **picked)
+
+    def put(self, which: NDArray[np.int64], part: Stroboscope) -> None:
+        """Overwrite some of the runs' results."""
+        for name in _PER_RUN:
+            getattr(self, name)[which] = getattr(part, name)
+
     @property
     def transmissibility(self) -> NDArray[np.complex128]:
         """(n,) u/v of the fundamentals; its angle is the phase of the top against the base. NaN
@@ -64,6 +81,14 @@ class Stroboscope:
     def largest(self) -> Array:
         """(n,) largest |w| of the cycle or the last periods."""
         return np.maximum(-self.low, self.high)
+
+
+def joined(parts: Sequence[Stroboscope], runs: Batch) -> Stroboscope:
+    """Parts side by side, what `runs` did in this order."""
+    fields: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in _PER_RUN
+    }
+    return replace(parts[0], runs=runs, **fields)
 
 
 def strobe(
