@@ -38,18 +38,10 @@ PIXELS = 96 / 72
 
 def drawing(sheets: Sequence[Sheet]) -> dict[str, Any]:
     """What the page's script hands to `Bokeh.embed.embed_items`: the document of all panels, and
-    the place of each. The same sheets give the same document.
+    the place of each. The same sheets give the same document."""
+    from bokeh.document import Document
 
-    Raises InputError where Bokeh is not installed.
-    """
-    try:
-        from bokeh.document import Document
-        from bokeh.themes import Theme
-    except ImportError as error:
-        raise InputError(
-            'a report needs the package bokeh; install it with: pip install bokeh'
-        ) from error
-    document = Document(theme=Theme(json={}))
+    document = Document()
     places = []
     for sheet in sheets:
         for place, plot in zip(place_ids(sheet), _plots(sheet), strict=True):

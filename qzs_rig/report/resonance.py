@@ -8,18 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.report.lines import STROKES, stretches
-from qzs_rig.report.response_page import Answer
+from qzs_rig.report.response_page import Answer, path_document
+from qzs_rig.report.response_sheet import branch_curves
 from qzs_rig.report.sheet import Curve, Panel, Sheet, hue
 from qzs_rig.report.table import Table
-from qzs_rig.theory.balance.backbone import Backbone, backbone, phase_resonance
+from qzs_rig.theory.balance.backbone import backbone, phase_resonance
 from qzs_rig.theory.balance.harmonic_balance import value_of
-from qzs_rig.theory.balance.variation import (
-    FoldCurve,
-    VariedBranch,
-    VariedResponse,
-    jump_map,
-)
+from qzs_rig.theory.balance.variation import VariedResponse, jump_map
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import TRANSLATIONS
 
@@ -43,10 +38,14 @@ def with_backbone(answer: Answer, oscillator: Oscillator, low: float, high: floa
         (panel,),
     )
     head = ('curve', 'omega from', 'to', 'amplitude from', 'to')
+    columns = ('omega', 'amplitude', 'damping_ratio', 'drive_hat')
     return replace(
         answer,
         document=answer.document
-        | {'backbone': [_curve(b) for b in free], 'phase_resonance': [_curve(b) for b in damped]},
+        | {
+            name: [path_document(b, *columns) for b in curves]
+            for name, curves in (('backbone', free), ('phase_resonance', damped))
+        },
         tables=[*answer.tables, Table('resonance', head, tuple(rows), labels=1)],
         sheets=[*answer.sheets, sheet],
     )
@@ -72,7 +71,10 @@ def with_jump_map(
         for k, c in enumerate(curves)
     )
     head = ('curve', f'{parameter} from', 'to', 'omega from', 'to')
-    told = {'parameter': parameter, 'curves': [_fold_curve(c) for c in curves]}
+    told = {
+        'parameter': parameter,
+        'curves': [path_document(c, 'value', 'omega', 'T', 'amplitude') for c in curves],
+    }
     return replace(
         answer,
         document=answer.document | {'jump_map': told},
@@ -107,7 +109,11 @@ def with_variation(answer: Answer, found: VariedResponse) -> Answer:
     document = {
         'parameter': name,
         'omega': found.omega,
-        'branches': [_varied_branch(b) for b in found.branches],
+        'branches': [
+            path_document(b, 'value', 'T', 'amplitude', 'phase_deg', 'stable')
+            | {'folds': list(b.folds)}
+            for b in found.branches
+        ],
     }
     return replace(
         answer,
@@ -119,46 +125,11 @@ def with_variation(answer: Answer, found: VariedResponse) -> Answer:
 
 def _varied(found: VariedResponse, what: str) -> tuple[Curve, ...]:
     return tuple(
-        Curve(
-            f'motions {k + 1}',
-            b.value,
-            np.where(own, getattr(b, what), np.nan),
-            hue(k),
-            STROKES[stable],
-        )
-        for k, b in enumerate(found.branches)
-        for stable, own in stretches(b.stable)
+        curve
+        for k, branch in enumerate(found.branches)
+        for curve in branch_curves([branch], what, f'motions {k + 1}', hue(k), over='value')
     )
-
-
-def _varied_branch(branch: VariedBranch) -> dict[str, object]:
-    columns = ('value', 'T', 'amplitude', 'phase_deg', 'stable')
-    return {
-        **{name: getattr(branch, name).tolist() for name in columns},
-        'folds': list(branch.folds),
-        'ends': [str(end) for end in branch.ends],
-    }
 
 
 def _ends(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[str, str]:
     return f'{values[0]:.6g}', f'{values[-1]:.6g}'
-
-
-def _curve(curve: Backbone) -> dict[str, object]:
-    return {
-        'omega': curve.omega.tolist(),
-        'amplitude': curve.amplitude.tolist(),
-        'damping_ratio': curve.damping_ratio.tolist(),
-        'drive_hat': curve.drive_hat.tolist(),
-        'ends': [str(end) for end in curve.ends],
-    }
-
-
-def _fold_curve(curve: FoldCurve) -> dict[str, object]:
-    return {
-        'value': curve.value.tolist(),
-        'omega': curve.omega.tolist(),
-        'T': curve.T.tolist(),
-        'amplitude': curve.amplitude.tolist(),
-        'ends': [str(end) for end in curve.ends],
-    }

@@ -93,6 +93,12 @@ def write(folder: Path, answer: Answer) -> list[Path]:
     ]
 
 
+def path_document(path: Any, *columns: str) -> dict[str, Any]:
+    """Columns (n,) of a path that was followed, and why it ended at either end."""
+    document = {name: getattr(path, name).tolist() for name in columns}
+    return document | {'ends': [str(end) for end in path.ends]}
+
+
 def _who(own: Oscillator, omega: tuple[float, float]) -> dict[str, Any]:
     return {
         'schema': 'qzs_rig/frf/1',
@@ -108,16 +114,8 @@ def _who(own: Oscillator, omega: tuple[float, float]) -> dict[str, Any]:
 
 
 def _branch(branch: Branch) -> dict[str, Any]:
-    return {
-        'omega': branch.omega.tolist(),
-        'T': branch.T.tolist(),
-        'amplitude': branch.amplitude.tolist(),
-        'phase_deg': branch.phase_deg.tolist(),
-        'stable': branch.stable.tolist(),
-        'symmetric': branch.symmetric,
-        'ends': [str(end) for end in branch.ends],
-        'defect': branch.defect,
-    }
+    columns = path_document(branch, 'omega', 'T', 'amplitude', 'phase_deg', 'stable')
+    return columns | {'symmetric': branch.symmetric, 'defect': branch.defect}
 
 
 def _event(event: Any) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from qzs_rig.report.lines import STROKES, broken, stretches
 from qzs_rig.report.names import dof_name
 from qzs_rig.report.sheet import INK, Curve, Item, Panel, Points, Sheet, hue
 from qzs_rig.theory.balance.response import Branch, FrequencyResponse
+from qzs_rig.theory.balance.variation import VariedBranch
 from qzs_rig.units import TRANSLATIONS
 
 EVENT_MARKS = {
@@ -49,18 +50,19 @@ def rows(response: FrequencyResponse) -> Iterator[str]:
 
 
 def branch_curves(
-    branches: Iterable[Branch],
+    branches: Iterable[Branch | VariedBranch],
     what: str,
     label: str,
     colour: str,
     scale: float = 1.0,
     width: float = 1.8,
+    over: str = 'omega',
 ) -> Iterator[Curve]:
-    """`what` (T, amplitude, phase_deg) of `branches` over omega * `scale`, unstable motions dashed,
-    under one label."""
+    """`what` (T, amplitude, phase_deg) of `branches` `over` omega or value times `scale`, unstable
+    motions dashed, under one label."""
     for branch in branches:
         for stable, own in stretches(branch.stable):
-            x, y = branch.omega * scale, np.where(own, getattr(branch, what), np.nan)
+            x, y = scale * getattr(branch, over), np.where(own, getattr(branch, what), np.nan)
             if what == 'phase_deg':
                 x, y = broken(x, y)
             yield Curve(label, x, y, colour, STROKES[stable], width)
