@@ -47,11 +47,6 @@ class HarmonicBalance:
         return Basis.odd(self.harmonics) if self.odd else Basis.full(self.harmonics)
 
     @property
-    def samples(self) -> int:
-        """Times at which the force is evaluated."""
-        return self.basis.samples
-
-    @property
     def to_time(self) -> Array:
         """(samples, 2H + 1): coefficients to w at the samples."""
         return self.basis.to_time
