@@ -169,14 +169,11 @@ def _piece(path: _Path, along: Array, first: int, end: int, scale: Scale) -> Bra
 
 
 def _spline(along: Array, path: _Path) -> Callable[[Array], Array]:
-    """ln Ω, both parts of the ratio and the stroke (m, 4) at places (m,) along the path; the slopes
-    are those of parabolas through three points."""
-    from scipy.interpolate import CubicHermiteSpline
+    """ln Ω, both parts of the ratio and the stroke (m, 4) at places (m,) along the path."""
+    from scipy.interpolate import CubicSpline
 
     columns = np.stack([path.log_omega, path.ratio.real, path.ratio.imag, path.stroke], axis=1)
-    spline: Callable[[Array], Array] = CubicHermiteSpline(
-        along, columns, np.gradient(columns, along, axis=0)
-    )
+    spline: Callable[[Array], Array] = CubicSpline(along, columns)
     return spline
 
 
