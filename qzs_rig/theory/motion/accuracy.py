@@ -26,7 +26,7 @@ COARSER = 0.78
 
 PROBES, PROBE_PERIODS = 32, 8
 WORTHWHILE = 8.0
-"""Twice the steps should move w by the error that was told. Where they move it by more than this
+"""Twice the steps should move w by the estimated error. Where they move it by more than this
 many, the run is chaotic or sits on a border, and no step helps."""
 
 

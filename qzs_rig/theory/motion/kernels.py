@@ -1,8 +1,9 @@
 """Runs side by side through one period of the base, compiled: what theory in time is made of.
 
 `advancing` compiles a period around the force of a law. Everything else knows no law: it takes that
-period as an argument and is compiled once. numba keeps all of it on disk, and looks only at the
-file that a kernel stands in: after an edit of a law or of `splitting`, save this file again.
+period as an argument and is compiled once. numba keeps all of it on disk and compiles it anew where
+the file of a kernel or a law's formula is edited; after an edit of `splitting`, save this file,
+and after one of this file `sweep`, too.
 """
 
 from __future__ import annotations
