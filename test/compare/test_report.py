@@ -186,6 +186,18 @@ def test_comparison_of_two_runs(browser, run, stiffer_run, tmp_path):
     assert cells(page, 1)[1][:5] == ['vertical', 'forward', 'isolation onset', 'calm', 'strong']
 
 
+TOUCH_ACTIONS = """
+const found = [];
+(function walk(node) {
+  for (const child of node.querySelectorAll('*')) {
+    if (child.matches('.bk-events')) { found.push(getComputedStyle(child).touchAction); }
+    if (child.shadowRoot) { walk(child.shadowRoot); }
+  }
+})(document);
+return found
+"""
+
+
 def test_page_fits_a_phone(browser, run, tmp_path):
     path = tmp_path / 'report.html'
     write_report(path, 'phone', [('run', run)])
@@ -193,16 +205,21 @@ def test_page_fits_a_phone(browser, run, tmp_path):
         'Emulation.setDeviceMetricsOverride',
         {'width': 390, 'height': 844, 'deviceScaleFactor': 2, 'mobile': True},
     )
+    browser.execute_cdp_cmd('Emulation.setTouchEmulationEnabled', {'enabled': True})
     try:
         page = opened(browser, path)
         widths = page.execute_script(
             'return [document.documentElement.scrollWidth,'
             " Bokeh.index.find_one(document.querySelector('.plot').plot).el.offsetWidth]"
         )
+        touched = page.execute_script(TOUCH_ACTIONS)
     finally:
+        browser.execute_cdp_cmd('Emulation.setTouchEmulationEnabled', {'enabled': False})
         browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
     assert widths[0] <= 390
     assert 300 < widths[1] <= 390
+    # a finger on the curves scrolls the page
+    assert touched == ['auto'] * 3
 
 
 def test_foreign_text_stays_text(browser, run, tmp_path):
