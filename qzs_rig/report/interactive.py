@@ -31,7 +31,7 @@ HEIGHT, LINKED_HEIGHT = 290, 640
 """Pixels of a panel of height 1, alone and in a column of linked ones."""
 LEFT = 84
 """Pixels left of the axes, so that those of a column stand below each other."""
-DASHES = {'solid': 'solid', 'dashed': [6, 3], 'dotted': [2, 2]}
+DASHES: dict[str, Any] = {'solid': 'solid', 'dashed': [6, 3], 'dotted': [2, 2]}
 PIXELS = 96 / 72
 """A pixel is this part of a point of print."""
 
@@ -174,11 +174,13 @@ def _hover(panel: Panel, renderers: list[Any], notes: bool) -> Any:
     )
 
 
-def _source(item: Curve | Points) -> Any:
+def _added(plot: Plot, item: Curve | Points, glyph: Any) -> Any:
     from bokeh.models import ColumnDataSource
 
     columns: dict[str, Any] = {'x': _short(item.x), 'y': _short(item.y)}
-    return ColumnDataSource(columns | ({'note': list(item.notes)} if item.notes else {}))
+    source = ColumnDataSource(columns | ({'note': list(item.notes)} if item.notes else {}))
+    # one glyph: `plot.line` and the like make two more for a selection, which nothing here has
+    return plot.add_glyph(source, glyph, name=item.label)
 
 
 def _short(values: Any) -> Any:
@@ -187,20 +189,24 @@ def _short(values: Any) -> Any:
 
 
 def _curve(plot: Plot, item: Curve) -> Any:
-    style = {'line_color': item.colour, 'line_width': item.width, 'line_dash': DASHES[item.stroke]}
-    return plot.line('x', 'y', source=_source(item), name=item.label, **style)
+    from bokeh.models import Line
+
+    style: dict[str, Any] = {'line_color': item.colour, 'line_width': item.width}
+    return _added(plot, item, Line(x='x', y='y', line_dash=DASHES[item.stroke], **style))
 
 
 def _points(plot: Plot, item: Points) -> Any:
+    from bokeh.models import Scatter
+
     mark = MARKS[item.mark]
     style: dict[str, Any] = {'marker': mark.bokeh, 'angle': mark.turn, 'angle_units': 'deg'}
-    style |= {'name': item.label, 'line_color': item.colour, 'size': PIXELS * item.size}
+    style |= {'line_color': item.colour, 'size': PIXELS * item.size}
     style |= (
         {'fill_color': 'white', 'line_width': 2.2}
         if item.hollow
         else {'fill_color': item.colour, 'line_width': 0.0}
     )
-    return plot.scatter('x', 'y', source=_source(item), **style)
+    return _added(plot, item, Scatter(x='x', y='y', **style))
 
 
 def _band(plot: Plot, item: Band) -> None:
