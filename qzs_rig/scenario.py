@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import excitation, sensing
+from qzs_rig import estimation, excitation, sensing
 from qzs_rig.errors import InputError
-from qzs_rig.estimation import parameters as analyzer
 from qzs_rig.excitation import shaker
 from qzs_rig.mechanics import platform
 from qzs_rig.parameters import Parameter, RunSpec, parse_assignment, read_yaml
@@ -60,7 +59,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     *shaker.PARAMETERS,
     *platform.PARAMETERS,
     *sensing.PARAMETERS,
-    *analyzer.PARAMETERS,
+    *estimation.PARAMETERS,
 )
 """The whole declaration: YAML, ROS parameters, CLI help and docs read it."""
 

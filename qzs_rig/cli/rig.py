@@ -16,7 +16,7 @@ from qzs_rig.cli.outcome import caution, present
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError, RunAbortedError
 from qzs_rig.estimation.estimate import from_json
-from qzs_rig.estimation.parameters import settings_of
+from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.predict import predict
 from qzs_rig.run import runfolder
@@ -75,7 +75,7 @@ def _perform(
 def refuse_bad(spec: RunSpec) -> None:
     """Raises what the nodes would raise, before any process starts."""
     step_ns = scenario.step_ns_of(spec)
-    settings_of(spec)
+    TrackedSineSettings.from_spec(spec)
     if spec.text('analyzer.source') != 'rig':
         raise InputError('analyzer.source must be rig here; run the analyzer node alone instead')
     ExciterStage(spec, 0, step_ns)

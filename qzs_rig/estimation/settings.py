@@ -1,65 +1,60 @@
-"""Everything the sine estimators can be told; frozen, validated, one unit a field."""
+"""What the sine estimators can be told: each setting declared once, frozen and validated."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 from qzs_rig.errors import InputError
+from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.units import TRANSLATIONS
 
-BOUNDS = {
-    'periods': (2.0, 64.0),
-    'hop_periods': (0.1, 64.0),
-    'harmonics': (1, 20),
-    'frequency_min': (0.01, 1e4),
-    'frequency_max': (0.01, 1e5),
-    'chirp_max': (0.0, 100.0),
-    'floor_acceleration': (0.0, 1e3),
-    'floor_rate': (0.0, 1e3),
-    'residual_max': (1e-6, 1.0),
-    'settle_tolerance': (1e-9, 1.0),
-    'settle_periods': (1.0, 1e4),
-    'plateau_tolerance': (1e-6, 0.1),
-}
-"""Inclusive limits of each field of TrackedSineSettings."""
+
+def _setting(default: float, unit: str, description: str, low: float, high: float) -> Any:
+    """A field with what its parameter needs; `low` and `high` are inclusive."""
+    declared = {'unit': unit, 'description': description, 'bounds': (low, high)}
+    return field(default=default, metadata=declared)
 
 
 @dataclass(frozen=True)
 class TrackedSineSettings:
-    """How a sine is followed. Raises InputError for a value outside BOUNDS.
+    """How a sine is followed. Raises InputError for a value outside its bounds.
 
-    periods             length of the analysis window, periods of the base motion
-    hop_periods         distance between window centres, periods
-    harmonics           highest harmonic fitted, 1 is the fundamental; those above 0.8 of the
-                        Nyquist frequency are left out
-    frequency_min       Hz, lowest tone that is looked for
-    frequency_max       Hz, highest tone that is looked for (never above 0.8 Nyquist)
-    chirp_max           Hz/s, fastest sweep, up or down, that is looked for
-    floor_acceleration  m/s², a translation whose base amplitude is below is not excited
-    floor_rate          rad/s, a rotation whose base amplitude is below is not excited
-    residual_max        1, tone-like misfit of the base over its fundamental (both rms) above
-                        which a window is dropped; white noise is not counted as misfit
-    settle_tolerance    1, |T - mean T| / |mean T| that a settled plateau may show
-    settle_periods      periods over which the tolerance must hold at the end of a plateau
-    plateau_tolerance   1, relative change of frequency that still is one plateau
+    Harmonics and tones above 0.8 of the Nyquist frequency are never looked for; a sweep is looked
+    for both ways. What makes a window misfit is tone-like: white noise is not counted. A plateau is
+    settled where |T - mean T| / |mean T| stays within `settle_tolerance`.
     """
 
-    periods: float = 4.0
-    hop_periods: float = 1.0
-    harmonics: int = 5
-    frequency_min: float = 0.3
-    frequency_max: float = 50.0
-    chirp_max: float = 0.5
-    floor_acceleration: float = 0.01
-    floor_rate: float = 0.001
-    residual_max: float = 0.05
-    settle_tolerance: float = 0.002
-    settle_periods: float = 8.0
-    plateau_tolerance: float = 0.001
+    periods: float = _setting(
+        4.0, '', 'length of the analysis window in periods of the base motion', 2.0, 64.0
+    )
+    hop_periods: float = _setting(1.0, '', 'distance between window centres in periods', 0.1, 64.0)
+    harmonics: int = _setting(5, '', 'highest harmonic fitted; 1 is the fundamental', 1, 20)
+    frequency_min: float = _setting(0.3, 'Hz', 'lowest tone that is looked for', 0.01, 1e4)
+    frequency_max: float = _setting(50.0, 'Hz', 'highest tone that is looked for', 0.01, 1e5)
+    chirp_max: float = _setting(0.5, 'Hz/s', 'fastest sweep that is looked for', 0.0, 100.0)
+    floor_acceleration: float = _setting(
+        0.01, 'm/s²', 'a translation whose base amplitude is below is not excited', 0.0, 1e3
+    )
+    floor_rate: float = _setting(
+        0.001, 'rad/s', 'a rotation whose base amplitude is below is not excited', 0.0, 1e3
+    )
+    residual_max: float = _setting(
+        0.05, '', 'misfit of the base, rms over its fundamental, that drops a window', 1e-6, 1.0
+    )
+    settle_tolerance: float = _setting(
+        0.002, '', 'relative change of transmissibility that counts as settled', 1e-9, 1.0
+    )
+    settle_periods: float = _setting(
+        8.0, '', 'periods at the end of a plateau over which that must hold', 1.0, 1e4
+    )
+    plateau_tolerance: float = _setting(
+        0.001, '', 'relative change of frequency that still is one plateau', 1e-6, 0.1
+    )
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            value, (low, high) = getattr(self, item.name), BOUNDS[item.name]
+            value, (low, high) = getattr(self, item.name), item.metadata['bounds']
             if not low <= value <= high:
                 raise InputError(
                     f'estimation {item.name} = {value} is outside {low:g} to {high:g}; '
@@ -71,6 +66,26 @@ class TrackedSineSettings:
                 f'frequency_max = {self.frequency_max} Hz; widen the band'
             )
 
+    @classmethod
+    def from_spec(cls, spec: RunSpec) -> TrackedSineSettings:
+        """The settings in a RunSpec."""
+        return cls(**{item.name: spec[f'analyzer.{item.name}'] for item in fields(cls)})  # type: ignore[arg-type]
+
     def floor(self, dof: str) -> float:
         """Base amplitude below which `dof` is not excited, m/s² or rad/s."""
         return self.floor_acceleration if dof in TRANSLATIONS else self.floor_rate
+
+
+_DEFAULTS = TrackedSineSettings()
+
+PARAMETERS = tuple(
+    Parameter(
+        f'analyzer.{item.name}',
+        type(default),
+        default,
+        item.metadata['unit'],
+        item.metadata['description'],
+        *item.metadata['bounds'],
+    )
+    for item, default in zip(fields(_DEFAULTS), vars(_DEFAULTS).values(), strict=True)
+)

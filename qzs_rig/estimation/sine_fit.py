@@ -8,7 +8,6 @@ tells how far the reference (f, r) was off.
 
 from __future__ import annotations
 
-import cmath
 import math
 from typing import NamedTuple
 
@@ -24,8 +23,8 @@ PHASE_TOLERANCE = 0.03
 class SineFit(NamedTuple):
     """What one window shows. `base`, `top` are complex amplitudes at its centre (of e^{iφ});
     residuals are rms over the rms of the fundamental; `phase_error` (rad, at the window's edge)
-    is how far the reference missed the base, `growth` the base's relative change of amplitude over
-    half a window."""
+    is how far the reference (Hz, Hz/s) missed the base, `growth` the base's relative change of
+    amplitude over half a window."""
 
     frequency_hz: float
     chirp: float
@@ -36,6 +35,8 @@ class SineFit(NamedTuple):
     top_residual: float
     phase_error: float
     growth: float
+    reference_hz: float
+    reference_chirp: float
 
 
 class SineFitter:
@@ -47,9 +48,6 @@ class SineFitter:
         self._harmonics = harmonics
         # One buffer for all windows: the bits must not depend on where an array was put.
         self._scratch = np.empty((2 * harmonics + 7) * longest + 8)
-        self._weighted = np.empty((2, 0))
-        self._solution = np.empty((0, 2))
-        self._root_weight = np.empty(0)
 
     def refine(self, window: Array, frequency_hz: float, chirp: float, attempts: int) -> SineFit:
         """The fit of `window` (2, n), n odd, with the reference corrected up to `attempts` times
@@ -63,27 +61,35 @@ class SineFitter:
 
     def fit(self, window: Array, frequency_hz: float, chirp: float) -> SineFit:
         """The linear fit of `window` (2, n), base above top, with the reference as given."""
-        half = window.shape[1] // 2
-        half_s = (half + 1) * self._step_s
-        kept = self._harmonics_below(0.4 / self._step_s, frequency_hz)
-        design = self._design(window, half_s, frequency_hz, chirp, kept)
-        gram = design @ design.T
-        size = gram.shape[0] - 2
-        solution = np.linalg.solve(gram[:size, :size], gram[:size, size:])
-        self._weighted, self._solution = design, solution
-        return _read(gram, solution, frequency_hz, chirp, half_s)
+        _, gram, solution = self._solved(window, frequency_hz, chirp)
+        return _read(gram, solution, frequency_hz, chirp, self._half_s(window))
 
-    def tonal_misfit(self, frequency_hz: float) -> float:
-        """Residual of the last window's base that neighbouring samples share, over its
-        fundamental (both rms): the covariance at a sixteenth of a period, where white noise has
-        lost its memory and a badly tracked tone has kept cos(π/8) of it."""
-        design, solution = self._weighted, self._solution[:, 0]
+    def tonal_misfit(self, window: Array, fit: SineFit) -> float:
+        """Residual of the base in `window`, which `fit` describes, that neighbouring samples share,
+        over its fundamental (both rms): the covariance at a sixteenth of a period, where white
+        noise has lost its memory and a badly tracked tone has kept cos(π/8) of it."""
+        design, _, solutions = self._solved(window, fit.reference_hz, fit.reference_chirp)
+        solution = solutions[:, 0]
         size = solution.shape[0]
         residual = design[size] - solution @ design[:size]
-        lag = max(1, round(1.0 / (16.0 * frequency_hz * self._step_s)))
-        root = self._root_weight
+        lag = max(1, round(1.0 / (16.0 * fit.frequency_hz * self._step_s)))
+        root = design[0]
         shared = abs(float(residual[lag:] @ residual[:-lag])) / float(root[lag:] @ root[:-lag])
-        return math.sqrt(2.0 * shared) / math.hypot(solution[1], solution[2])
+        return math.sqrt(2.0 * shared) / math.hypot(float(solution[1]), float(solution[2]))
+
+    def _solved(
+        self, window: Array, frequency_hz: float, chirp: float
+    ) -> tuple[Array, Array, Array]:
+        """Weighted rows (see _design; scratch until the next call), their products, and the
+        solution (size, 2) for base and top."""
+        kept = self._harmonics_below(0.4 / self._step_s, frequency_hz)
+        design = self._design(window, self._half_s(window), frequency_hz, chirp, kept)
+        gram = design @ design.T
+        size = gram.shape[0] - 2
+        return design, gram, np.linalg.solve(gram[:size, :size], gram[:size, size:])
+
+    def _half_s(self, window: Array) -> float:
+        return float((window.shape[1] // 2 + 1) * self._step_s)
 
     def _harmonics_below(self, limit_hz: float, frequency_hz: float) -> int:
         return max(1, min(self._harmonics, int(limit_hz / frequency_hz)))
@@ -114,7 +120,6 @@ class SineFitter:
                 row -= below
             below, last = last, row
         np.multiply(window, root, out=design[rows - 2 :])
-        self._root_weight = root
         return design
 
 
@@ -140,6 +145,8 @@ def _read(
         top_residual=_relative(float(gram[-1, -1]) - explained[1], weight, abs(top0)),
         phase_error=abs(slope) + 0.5 * abs(bend),
         growth=abs(first.real),
+        reference_hz=frequency_hz,
+        reference_chirp=chirp,
     )
 
 
@@ -153,9 +160,3 @@ def _relative(square: float, weight: float, amplitude: float) -> float:
     if not amplitude or math.isnan(square):
         return math.nan
     return math.sqrt(2.0 * max(square, 0.0) / weight) / amplitude
-
-
-def phase_deg(value: complex) -> float:
-    """Phase of `value` in (-180, 180] degrees."""
-    angle = math.degrees(cmath.phase(value))
-    return 180.0 if angle == -180.0 else angle

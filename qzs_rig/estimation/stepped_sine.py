@@ -13,7 +13,7 @@ from qzs_rig.estimation.events import find_events
 from qzs_rig.estimation.plateaus import Plateau, plateau_bounds, settle
 from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.estimation.track import Track
-from qzs_rig.estimation.tracked_sine import Progress, TrackedSine, unsettled_report
+from qzs_rig.estimation.tracked_sine import TrackedSine, unsettled_report
 from qzs_rig.estimation.tracker import Point
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS
@@ -45,11 +45,6 @@ class SteppedSine:
     def points(self) -> list[Point]:
         """All tracked points so far, settled or not."""
         return self._tracking.points
-
-    @property
-    def progress(self) -> Progress:
-        """Samples taken and points tracked so far."""
-        return self._tracking.progress
 
     def latest(self, dof: str) -> tuple[float, complex] | None:
         """Frequency (Hz) and T of the newest tracked point of `dof`, None before the first."""

@@ -13,12 +13,10 @@ from qzs_rig.estimation.directions import sweep_runs
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.estimation.events import find_events
 from qzs_rig.estimation.plateaus import settle
-from qzs_rig.estimation.sample_buffer import SampleBuffer
 from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.estimation.sine_fit import SineFitter
-from qzs_rig.estimation.track import Track, track_of
-from qzs_rig.estimation.tracker import Point, Tracker, search_lengths
-from qzs_rig.estimation.uncertainty import unrest
+from qzs_rig.estimation.track import Track, track_of, unrest
+from qzs_rig.estimation.tracker import Point, SampleBuffer, Tracker, search_lengths
 from qzs_rig.samples import NS, Array
 from qzs_rig.units import DOFS
 

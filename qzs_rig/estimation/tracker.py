@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from qzs_rig.estimation.acquisition import find_tone
-from qzs_rig.estimation.sample_buffer import SampleBuffer
 from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.estimation.sine_fit import SineFit, SineFitter
 from qzs_rig.samples import Array
@@ -89,7 +88,7 @@ class Tracker:
         window = self._window(lock, buffer)
         fit = fitter.refine(window, lock.frequency_hz, lock.chirp, REFINEMENTS)
         if abs(fit.frequency_hz / lock.frequency_hz - 1.0) < 0.1 and self._accepted(
-            fit, window.shape[1], fitter
+            fit, window, fitter
         ):
             self._record(lock, fit)
             chirp = CHIRP_MEMORY * lock.chirp + (1.0 - CHIRP_MEMORY) * fit.chirp
@@ -138,7 +137,7 @@ class Tracker:
         if lock.centre > self._last_centre and self._in_band(at_centre):
             window = self._window(lock, buffer)
             fit = fitter.refine(window, at_centre, chirp, FIRST_REFINEMENTS)
-            if self._accepted(fit, window.shape[1], fitter):
+            if self._accepted(fit, window, fitter):
                 self.counts['locks'] += 1
                 self._record(lock, fit)
                 self._follow_from(lock, fit.frequency_hz, fit.chirp)
@@ -150,21 +149,21 @@ class Tracker:
         self.idle_samples += self._ladder[0]
         self._search_at(self.start + self._ladder[0], 0)
 
-    def _accepted(self, fit: SineFit, samples: int, fitter: SineFitter) -> bool:
+    def _accepted(self, fit: SineFit, window: Array, fitter: SineFitter) -> bool:
         """Whether the window shows one clear tone; counts the reason if not."""
         self.counts['windows'] += 1
         amplitude, residual = abs(fit.base), fit.base_residual
         if not math.isfinite(residual + fit.top_residual):
             self.counts['not_finite'] += 1
             return False
-        if amplitude < self._floor or CLEAR * 2.0 * residual > math.sqrt(samples):
+        if amplitude < self._floor or CLEAR * 2.0 * residual > math.sqrt(window.shape[1]):
             self.counts['faint'] += 1
             return False
         if fit.growth > GROWTH:
             self.counts['ramping'] += 1
             return False
         if residual > self._settings.residual_max:
-            residual = fitter.tonal_misfit(fit.frequency_hz)
+            residual = fitter.tonal_misfit(window, fit)
         good = self._in_band(fit.frequency_hz) and residual <= self._settings.residual_max
         self.counts['misfit'] += not good
         return good
@@ -225,3 +224,43 @@ def search_lengths(settings: TrackedSineSettings, step_s: float) -> list[int]:
     while lengths[-1] < longest:
         lengths.append(min(longest, math.ceil(LADDER * lengths[-1])))
     return lengths
+
+
+class SampleBuffer:
+    """The recent samples [start, end) of base and top, contiguous, addressed by their index since
+    sample 0; the owner forgets what it no longer needs."""
+
+    def __init__(self, columns: int, capacity: int) -> None:
+        """Room for `capacity` samples that are not forgotten yet."""
+        self._data = np.empty((columns, 2, 2 * capacity))
+        self._origin = 0
+        self.start = 0
+        self.end = 0
+
+    @property
+    def room(self) -> int:
+        """Samples that can be appended now."""
+        return self._data.shape[2] - (self.end - self.start)
+
+    def append(self, base: Array, top: Array) -> None:
+        """Copy `base`, `top` (n, columns) behind the last sample; n must not exceed `room`."""
+        n = base.shape[0]
+        if self.end + n - self._origin > self._data.shape[2]:
+            self._compact()
+        place = slice(self.end - self._origin, self.end - self._origin + n)
+        self._data[:, 0, place] = base.T
+        self._data[:, 1, place] = top.T
+        self.end += n
+
+    def forget(self, before: int) -> None:
+        """Release the samples before index `before`."""
+        self.start = max(self.start, min(before, self.end))
+
+    def window(self, column: int, first: int, last: int) -> Array:
+        """Base and top of `column` over [first, last), (2, last - first), a view."""
+        return self._data[column, :, first - self._origin : last - self._origin]
+
+    def _compact(self) -> None:
+        kept = self._data[:, :, self.start - self._origin : self.end - self._origin].copy()
+        self._data[:, :, : kept.shape[2]] = kept
+        self._origin = self.start

@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 
 from qzs_rig import files, wire
 from qzs_rig.errors import InputError
-from qzs_rig.estimation.parameters import dofs_of
+from qzs_rig.estimation.channels import dofs_of
 from qzs_rig.parameters import Parameter
 from qzs_rig.prediction.curve import Prediction, from_document
 from qzs_rig.ros import qos

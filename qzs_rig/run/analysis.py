@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from qzs_rig.estimation import ESTIMATORS, SteppedSine, TrackedSine
+from qzs_rig.estimation import ESTIMATORS, Estimator, TrackedSineSettings
 from qzs_rig.estimation.alignment import Aligner, StreamCounts
-from qzs_rig.estimation.channels import ChannelMap
+from qzs_rig.estimation.channels import ChannelMap, dofs_of
 from qzs_rig.estimation.estimate import Estimate
-from qzs_rig.estimation.parameters import dofs_of, settings_of
 from qzs_rig.parameters import RunSpec
 from qzs_rig.units import DOFS
 from qzs_rig.wire import ImuBatch
@@ -24,10 +23,10 @@ class AnalyzerStage:
         self._spec = spec
         self._maps = {plate: ChannelMap.from_spec(spec, plate) for plate in ('base', 'top')}
         self._aligner = Aligner(step_ns)
-        self._settings = settings_of(spec)
+        self._settings = TrackedSineSettings.from_spec(spec)
         self._dofs = dofs_of(spec)
         self._columns = [DOFS.index(dof) for dof in self._dofs]
-        self._estimator: TrackedSine | SteppedSine | None = None
+        self._estimator: Estimator | None = None
 
     def push_base(self, batch: ImuBatch) -> None:
         """Readings of the base sensor."""

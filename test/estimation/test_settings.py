@@ -1,10 +1,13 @@
 """Settings refuse what cannot work and say what would."""
 
+from dataclasses import fields
+
 import pytest
 
 from qzs_rig.errors import InputError
 from qzs_rig.estimation import ESTIMATORS, TrackedSineSettings
-from qzs_rig.estimation.settings import BOUNDS
+
+BOUNDS = {item.name: item.metadata['bounds'] for item in fields(TrackedSineSettings)}
 
 
 @pytest.mark.parametrize('name', sorted(BOUNDS))

@@ -10,7 +10,7 @@ import pytest
 
 from qzs_rig.estimation import ESTIMATORS, TrackedSineSettings
 from qzs_rig.estimation.estimate import Curve, Estimate, from_document
-from qzs_rig.estimation.uncertainty import noise, unrest
+from qzs_rig.estimation.track import noise, unrest
 
 STEP_NS = 5_000_000
 T = 0.4 * np.exp(-0.7j)
