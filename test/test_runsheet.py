@@ -8,7 +8,7 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.run.sheet import STATES, RunSheet, from_document
+from qzs_rig.run.sheet import RunSheet, SheetState, from_document
 from qzs_rig.scenario import complete
 
 SHEET = RunSheet(
@@ -25,7 +25,7 @@ SHEET = RunSheet(
 )
 
 
-@pytest.mark.parametrize('state', STATES)
+@pytest.mark.parametrize('state', list(SheetState))
 def test_a_sheet_survives_its_json(state):
     sheet = SHEET.of(state=state, reason='why')
     assert from_document(json.loads(json.dumps(sheet.to_document()))) == sheet
@@ -54,7 +54,9 @@ def test_another_schema_is_refused(schema):
 
 
 @pytest.mark.parametrize(
-    'damage', [{'peers': None}, {'peers': 3}, {'surplus': 1}], ids=lambda d: next(iter(d))
+    'damage',
+    [{'peers': None}, {'peers': 3}, {'surplus': 1}, {'state': 'asleep'}],
+    ids=lambda d: next(iter(d)),
 )
 def test_a_damaged_sheet_is_refused(damage):
     with pytest.raises(InputError, match='rig/run holds a damaged run sheet'):

@@ -19,7 +19,7 @@ from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.predict import predict
 from qzs_rig.run import in_process, runfolder
 from qzs_rig.run.recording import Recording
-from qzs_rig.run.sheet import RunSheet
+from qzs_rig.run.sheet import RunSheet, SheetState
 from qzs_rig.run.stages import ExciterStage, PlatformOutput
 from qzs_rig.samples import NS, TimeHistory
 
@@ -62,7 +62,7 @@ def execute(options: argparse.Namespace) -> int:
     except (RigError, KeyboardInterrupt) as error:
         reason = str(error) or 'stopped by the operator'
         if recorder:
-            recorder.close(sheet.of(state='aborted', reason=reason))
+            recorder.close(sheet.of(state=SheetState.ABORTED, reason=reason))
             reason += f'; kept {folder}, see qzs-rig analyze {folder}'
         raise RunAbortedError(reason) from error
     finally:
@@ -100,7 +100,7 @@ def sheet_of(spec: RunSpec, name: str, run_id: str) -> RunSheet:
         run_id=run_id,
         scenario=Path(name).stem,
         start_ns=time.time_ns(),
-        state='running',
+        state=SheetState.RUNNING,
     )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from qzs_rig import wire
 from qzs_rig.ros.lead import Lead
 from qzs_rig.ros.leaving import leave
 from qzs_rig.ros.spinning import run
 from qzs_rig.run.sheet import RunSheet
 from qzs_rig.run.stages import ExciterStage
-from qzs_rig.samples import TimeHistory
 from qzs_rig.scenario import step_ns_of
 
 
@@ -20,19 +21,26 @@ class Exciter(Lead):
     # bursts of 5 at 1 kHz: `ros2 topic hz` and sensor-data subscribers keep no more
     tick_s = 0.005
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._stage: ExciterStage | None = None
+
+    @property
+    def stage(self) -> ExciterStage:
+        """The stage of this configuration or run."""
+        assert self._stage is not None
+        return self._stage
+
     def open(self) -> None:
         super().open()
-        self._motion = self.publisher(wire.BASE_MOTION)
-        self._get_stage()
-
-    def _get_stage(self) -> None:
-        self._step_ns = step_ns_of(self.spec)
-        self._stage = ExciterStage(self.spec, 0, self._step_ns)
+        self.publisher(wire.BASE_MOTION)
+        self._stage = ExciterStage(self.spec, 0, step_ns_of(self.spec))  # refuses a bad plan now
 
     def prepare(self) -> RunSheet:
-        self._get_stage()
+        step_ns = step_ns_of(self.spec)
+        self._stage = ExciterStage(self.spec, 0, step_ns)
         return RunSheet(
-            step_ns=self._step_ns,
+            step_ns=step_ns,
             samples=self._stage.samples,
             mode=self.spec.text('run.mode'),
             chunk=self.spec.count('run.chunk'),
@@ -43,19 +51,21 @@ class Exciter(Lead):
         return ['a subscriber of base/motion'] if self.peers else []
 
     def arm(self, start_ns: int) -> int:
-        self._stage = ExciterStage(self.spec, start_ns, self._step_ns, self.predictions)
+        run = self.run
+        self._stage = ExciterStage(self.spec, start_ns, run.sheet.step_ns, run.predictions)
         return start_ns
 
     def feed(self, n: int) -> int:
-        motion: TimeHistory = self._stage.take(n)
-        self._motion.publish(wire.encode_motion(motion.start_ns, motion.step_ns, motion.data))
-        if self._stage.stopped and not self._abort_reason:
-            self._ramp_down(self._stage.stopped)
+        motion = self.stage.take(n)
+        raw = wire.encode_motion(motion.start_ns, motion.step_ns, motion.data)
+        self.publish(wire.BASE_MOTION, raw)
+        if self.stage.stopped and not self.run.abort_reason:
+            self._ramp_down(self.stage.stopped)
         return len(motion)
 
     def soft_stop(self) -> int:
-        self._stage.stop()
-        return self._stage.samples
+        self.stage.stop()
+        return self.stage.samples
 
 
 def main() -> None:

@@ -2,38 +2,53 @@
 
 from __future__ import annotations
 
-import json
 import time
 from abc import abstractmethod
 from functools import partial
+from typing import Any
 
 from qzs_rig import wire
 from qzs_rig.errors import PeerError, RigError
 from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.lead import PEER_STATUS
 from qzs_rig.ros.node import REPEAT_S, RigNode
-from qzs_rig.run.sheet import RunSheet, from_document
+from qzs_rig.ros.states import FollowerState, FollowerStatus, stepped
+from qzs_rig.run.sheet import RunSheet, SheetState, from_document
 from qzs_rig.wire import Status
 
 STATUS_S = 0.2
 """Longest silence of a status between chunks of a real-time run."""
 
 
+UNREADY = (FollowerState.IDLE, FollowerState.WAITING)
+BEFORE_RUN = (*UNREADY, FollowerState.READY)
+
+
 class Follower(RigNode):
     """Subclasses give `endpoints`, `armed`, `conclude` and keep `index`, the samples done."""
 
-    def open(self) -> None:
-        self.state = 'idle'
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.state = FollowerState.UNCONFIGURED
         self.sheet: RunSheet | None = None
         self.index = 0
-        self.message = 'waiting for rig/run (the exciter or a player)'
+        self.message = ''
         self._said_at = 0.0
         self._told = ('', '')  # run and message, as the peers know them
         self._alone = False  # ended the run before the lead did
         self._heard: set[str] = set()  # peers that have said their status
 
+    def open(self) -> None:
+        self._enter(FollowerState.IDLE, 'waiting for rig/run (the exciter or a player)')
+        self.sheet, self.index = None, 0
+        self._told, self._alone = ('', ''), False
+        self._heard.clear()
+
+    def _enter(self, state: FollowerState, message: str) -> None:
+        self.state, self.message = stepped(self.state, state), message
+
     def introduce(self) -> None:
-        self._status = self.publisher(PEER_STATUS[self.role], qos.watched(PEER_STATUS[self.role]))
+        self.publisher(PEER_STATUS[self.role], qos.watched(PEER_STATUS[self.role]))
         self.subscribe(
             wire.RUN, self._read_sheet, qos.watched(wire.RUN), lost=lambda: self.peer_lost('lead')
         )
@@ -74,8 +89,7 @@ class Follower(RigNode):
             self.message = f'{self.role} was deactivated by the operator'
             self._alone = True
             self._end(self._aborted(self.message))  # its status ends the run for the others
-        elif self.state == 'ready':
-            self.state = 'waiting'
+        elif self.state is FollowerState.READY:
             self._get_ready()
 
     def tick(self) -> None:
@@ -83,13 +97,13 @@ class Follower(RigNode):
         if self.gone and self.busy:
             self._alone = True
             self._end(self._aborted(f'{" and ".join(self.gone)} died'))
-        elif self.state in ('idle', 'waiting', 'ready'):
-            if self.state == 'waiting':
+        elif self.state in BEFORE_RUN:
+            if self.state is FollowerState.WAITING:
                 self._get_ready()
             if silence_s > REPEAT_S:
                 self.say()
             self.remind(self.message)
-        elif self.state == 'running' and silence_s > STATUS_S:
+        elif self.state is FollowerState.RUNNING and silence_s > STATUS_S:
             self.say()
 
     def _hear(self, peer: str, raw: bytes) -> None:
@@ -99,20 +113,22 @@ class Follower(RigNode):
         sheet = from_document(wire.decode_json(raw))
         if self.role not in sheet.peers:
             return
-        if sheet.state == 'waiting' and self.state in ('idle', 'waiting', 'ready'):
-            self.sheet, self.state = sheet, 'waiting'
+        if sheet.state is SheetState.WAITING and self.state in BEFORE_RUN:
+            self.sheet = sheet
+            self._enter(FollowerState.WAITING, self.message)
             self.spec = parameters.current(self, self.spec)
             self._get_ready()
         elif self.sheet is None or sheet.run_id != self.sheet.run_id:
             return  # a run that began without this node
-        elif sheet.state == 'armed' and self.state == 'ready':
+        elif sheet.state is SheetState.ARMED and self.state is FollowerState.READY:
             self.sheet, self.index = sheet, 0
             self.gone.clear()
             self.armed(sheet)
-            self.busy, self.state, self.message = True, 'armed', 'armed'
+            self.busy = True
+            self._enter(FollowerState.ARMED, 'armed')
             self.say()
-            self.state, self.message = 'running', 'running'
-        elif sheet.state in ('finished', 'aborted'):
+            self._enter(FollowerState.RUNNING, 'running')
+        elif sheet.state in (SheetState.FINISHED, SheetState.ABORTED):
             self._alone = False
             self._end(sheet)
 
@@ -124,8 +140,10 @@ class Follower(RigNode):
             *self.unmatched(self.endpoints(self.sheet)),
             *(f'node {peer}' for peer in unheard),
         ]
-        self.state = 'waiting' if missing else 'ready'
-        self.message = f'waiting for {", ".join(missing)}' if missing else 'ready for the start'
+        if missing:
+            self._enter(FollowerState.WAITING, f'waiting for {", ".join(missing)}')
+        else:
+            self._enter(FollowerState.READY, 'ready for the start')
         self.remind(self.message)
         told = (self.sheet.run_id, self.message)
         if told != self._told:
@@ -133,34 +151,34 @@ class Follower(RigNode):
             self.say()
 
     def _end(self, sheet: RunSheet) -> None:
-        if self.state in ('done', 'idle'):
+        if self.state in (FollowerState.DONE, FollowerState.IDLE):
             return
         started = self.busy
         self.busy = False
         self.sheet = sheet
         if started:
             self.conclude(sheet)
-        aborted = sheet.state == 'aborted'
-        self.message = f'aborted: {sheet.reason}' if aborted else 'finished'
+        aborted = sheet.state is SheetState.ABORTED
+        self._enter(FollowerState.DONE, f'aborted: {sheet.reason}' if aborted else 'finished')
         # two calls: rclpy refuses one call that changes its severity
         if aborted:
             self.get_logger().error(f'run {self.message}')
         else:
             self.get_logger().info(f'run {self.message}')
-        self.state = 'done'
         self.say(wire.LEVEL['error'] if aborted else None)
         if self.spec.flag('exit_when_done'):
             self.finish(1 if aborted else 0)
         else:
-            self.state, self.message = 'idle', 'waiting for rig/run'
+            self._enter(FollowerState.IDLE, 'waiting for rig/run')
 
     def peer_lost(self, peer: str) -> None:
         """The middleware reports that `peer` no longer lives."""
         self._heard.discard(peer)
         if self.sheet is None or not self.busy or (peer != 'lead' and peer not in self.sheet.peers):
-            if peer == 'lead' and self.state in ('waiting', 'ready'):
-                self.state, self.message, self.sheet = 'idle', 'waiting for rig/run', None
-            elif self.state == 'ready' and self.sheet and peer in self.sheet.peers:
+            if peer == 'lead' and self.state in (FollowerState.WAITING, FollowerState.READY):
+                self._enter(FollowerState.IDLE, 'waiting for rig/run')
+                self.sheet = None
+            elif self.state is FollowerState.READY and self.sheet and peer in self.sheet.peers:
                 self._get_ready()  # not any more
             return
         name = 'the exciter (or player)' if peer == 'lead' else peer
@@ -169,11 +187,10 @@ class Follower(RigNode):
 
     def fail(self, error: RigError) -> None:
         """Close what is open, tell the lead through the status, then end."""
-        self.message = str(error)
         if self.busy:
             self.busy, self._alone = False, True
             self.conclude(self._aborted(str(error)))
-        self.state = 'failed'
+        self._enter(FollowerState.FAILED, str(error))
         self.say(wire.LEVEL['error'])
         super().fail(error)
 
@@ -189,22 +206,24 @@ class Follower(RigNode):
 
     def _aborted(self, reason: str) -> RunSheet:
         assert self.sheet is not None
-        return self.sheet.of(state='aborted', reason=reason)
+        return self.sheet.of(state=SheetState.ABORTED, reason=reason)
 
     def say(self, level: int | None = None) -> None:
         """Publish the status; the lead's credit in lockstep."""
         self._said_at = time.monotonic()
-        self._status.publish(wire.encode_status(self.status(level)))
+        self.publish(PEER_STATUS[self.role], wire.encode_status(self.status(level)))
 
     def status(self, level: int | None = None) -> Status:
-        if not hasattr(self, 'state'):
-            return Status(self.role, wire.LEVEL['stale'], 'unconfigured', {})
-        values = {'state': self.state, 'index': str(self.index)}
-        if self.sheet is not None:
-            values['run_id'] = self.sheet.run_id
-        if self.state == 'ready':
-            values['spec'] = json.dumps(self.spec.sections(*self.sections))
         if level is None:
-            waits = self.state in ('idle', 'waiting')
-            level = wire.LEVEL['warn' if waits else 'ok']
-        return Status(self.role, level, self.message, values | self.details())
+            unset = self.state is FollowerState.UNCONFIGURED
+            level = wire.LEVEL['stale' if unset else 'warn' if self.state in UNREADY else 'ok']
+        return FollowerStatus(
+            self.role,
+            self.state,
+            level,
+            self.message,
+            run_id=self.sheet.run_id if self.sheet else None,
+            index=self.index,
+            spec=self.spec.sections(*self.sections) if self.state is FollowerState.READY else None,
+            details=self.details(),
+        ).to_wire()

@@ -8,11 +8,11 @@ with a reason.
 
 from __future__ import annotations
 
-import json
 import time
 import uuid
 from abc import abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -25,7 +25,8 @@ from qzs_rig.prediction.curve import Prediction, to_document
 from qzs_rig.prediction.predict import predict
 from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.node import REPEAT_S, RigNode
-from qzs_rig.run.sheet import RunSheet
+from qzs_rig.ros.states import FollowerState, FollowerStatus, LeadState, from_wire, stepped
+from qzs_rig.run.sheet import RunSheet, SheetState
 from qzs_rig.wire import Status, Topic
 
 PEER_STATUS: dict[str, Topic] = {
@@ -49,28 +50,47 @@ LEAD_PARAMETERS = (
 )
 
 
+@dataclass
+class Running:
+    """One run from `begin` to its end; times are of the monotonic clock, in s."""
+
+    sheet: RunSheet
+    sent: int = 0
+    predictions: tuple[Prediction, ...] = ()
+    waits_for: str = ''
+    abort_reason: str = ''
+    start_at: float = 0.0
+    announced_at: float = 0.0
+    drain_until: float = 0.0
+    leave_at: float = 0.0
+    progress: tuple[LeadState, int, int] | None = None
+    progress_at: float = 0.0
+
+
 class Lead(RigNode):
     """Drives `samples` through the peers. Subclasses give `feed(n)` and publish what it yields."""
 
     own: tuple[Parameter, ...] = LEAD_PARAMETERS
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.state = LeadState.UNCONFIGURED
+        self.peers: tuple[str, ...] = ()
+        self.statuses: dict[str, FollowerStatus] = {}
+        self._run: Running | None = None
 
     def open(self) -> None:
         self.peers = tuple(p for p in self.spec.text('peers').split(',') if p)
         unknown = [p for p in self.peers if p not in PEER_STATUS]
         if unknown:
             raise PeerError(f'peers names {unknown[0]!r}; known: {", ".join(PEER_STATUS)}')
-        self.statuses: dict[str, Status] = {}
-        self.state = 'configured'
-        self.sent = 0
-        self._waits_for = ''
-        self._announced_at = 0.0
-        self._progress: tuple[str, int, int] = ('', 0, 0)
-        self._progress_at = 0.0
-        self.predictions: tuple[Prediction, ...] = ()
+        self.statuses.clear()
+        self._run = None
+        self._enter(LeadState.CONFIGURED)
 
     def introduce(self) -> None:
-        self._run = self.publisher(wire.RUN, qos.latest(wire.RUN))
-        self._theory = self.publisher(wire.THEORY)
+        self.publisher(wire.RUN, qos.latest(wire.RUN))
+        self.publisher(wire.THEORY)
         for peer in self.peers:
             self.subscribe(
                 PEER_STATUS[peer],
@@ -104,86 +124,95 @@ class Lead(RigNode):
 
     # --- the run
 
+    @property
+    def run(self) -> Running:
+        """The run that is on, or the last one."""
+        assert self._run is not None
+        return self._run
+
+    def _enter(self, state: LeadState) -> None:
+        self.state = stepped(self.state, state)
+
     def begin(self) -> None:
         self.spec = parameters.current(self, self.spec)
         run_id = self.spec.text('run_id') or uuid.uuid4().hex[:8]
-        self.sheet = self.prepare().of(
-            run_id=run_id, scenario=self.spec.text('scenario'), peers=self.peers, state='waiting'
+        sheet = self.prepare().of(
+            run_id=run_id, scenario=self.spec.text('scenario'), peers=self.peers
         )
-        self.sent = 0
+        self._run = Running(sheet)
         self.gone.clear()
-        self._abort_reason = ''
         self.busy = True
-        self._announce('waiting')
+        self._announce(LeadState.WAITING, SheetState.WAITING)
 
     def halt(self) -> None:
-        if self.state == 'running':
+        if self.state is LeadState.RUNNING:
             self._ramp_down('deactivated by the operator')
-        elif self.state in ('waiting', 'armed'):
-            self._end('aborted', 'deactivated by the operator')
+        elif self.state in (LeadState.WAITING, LeadState.ARMED):
+            self._abort('deactivated by the operator')
 
     def tick(self) -> None:
         if self.gone and self.busy:
-            self._end('aborted', f'{" and ".join(self.gone)} died')
-        step: Callable[[], None] | None = {
-            'waiting': self._wait,
-            'armed': self._wait_armed,
-            'running': self._pump,
-            'draining': self._drain,
-            'ended': self._see_off,
+            self._abort(f'{" and ".join(self.gone)} died')
+        work: Callable[[], None] | None = {
+            LeadState.WAITING: self._wait,
+            LeadState.ARMED: self._wait_armed,
+            LeadState.RUNNING: self._pump,
+            LeadState.DRAINING: self._drain,
+            LeadState.ENDED: self._see_off,
         }.get(self.state)
-        if step:
-            step()
-        waits = self.state in ('waiting', 'armed', 'ended')
-        if waits and time.monotonic() - self._announced_at > REPEAT_S:
+        if work is None:
+            return
+        work()
+        waits = self.state in (LeadState.WAITING, LeadState.ARMED, LeadState.ENDED)
+        if waits and time.monotonic() - self.run.announced_at > REPEAT_S:
             self._publish_sheet()
         self._watch_progress()
 
     def _watch_progress(self) -> None:
         """A peer may live and yet do nothing; in lockstep everybody would wait for it for ever."""
-        progress = (self.state, self._done(), self.sent)
-        if progress != self._progress:
-            self._progress, self._progress_at = progress, time.monotonic()
-        waits = self.state == 'armed' or (
-            self.state in ('running', 'draining') and self.sheet.mode == 'lockstep'
+        run, index = self.run, self._done()
+        progress = (self.state, index, run.sent)
+        if progress != run.progress:
+            run.progress, run.progress_at = progress, time.monotonic()
+        waits = self.state is LeadState.ARMED or (
+            self.state in (LeadState.RUNNING, LeadState.DRAINING) and run.sheet.mode == 'lockstep'
         )
-        if waits and time.monotonic() - self._progress_at > STALL_S:
-            index = self._done()
+        if waits and time.monotonic() - run.progress_at > STALL_S:
             slow = [p for p in self.peers if self._index(p) == index]
-            text = f'{" and ".join(slow)} stayed at sample {index} for {STALL_S:g} s'
-            self._end('aborted', text)
+            self._abort(f'{" and ".join(slow)} stayed at sample {index} for {STALL_S:g} s')
 
     def _wait(self) -> None:
-        self._waits_for = ', '.join(self._missing())
-        if self._waits_for:
-            self.remind(f'waiting for {self._waits_for}')
+        run = self.run
+        run.waits_for = ', '.join(self._missing())
+        if run.waits_for:
+            self.remind(f'waiting for {run.waits_for}')
             return
         self.remind('all matched')
         for peer in self.peers:
-            part = json.loads(self.statuses[peer].values.get('spec', '{}'))
-            self.sheet = self.sheet.of(spec={**self.sheet.spec, **part})
+            part = self.statuses[peer].spec or {}
+            run.sheet = run.sheet.of(spec={**run.sheet.spec, **part})
         self._foretell()  # before the clock starts: it may take a while
-        lead_s = 0.25 if self.sheet.mode == 'real_time' else 0.0
-        self._start_clock = time.monotonic() + lead_s  # before `arm`, which may take a while
+        lead_s = 0.25 if run.sheet.mode == 'real_time' else 0.0
+        run.start_at = time.monotonic() + lead_s  # before `arm`, which may take a while
         start_ns = self.arm(time.time_ns() + int(lead_s * 1e9))
-        self.sheet = self.sheet.of(start_ns=start_ns)
-        self._announce('armed')
+        run.sheet = run.sheet.of(start_ns=start_ns)
+        self._announce(LeadState.ARMED, SheetState.ARMED)
 
     def _foretell(self) -> None:
         try:
-            self.predictions = predict(self._physics())
+            self.run.predictions = predict(self._physics())
         except InputError as error:  # a recorded sheet may be of another version
             self.get_logger().warning(f'no theory of this run: {error}')
-            self.predictions = ()
-        theory = to_document(self.sheet.run_id, self.predictions)
-        self._theory.publish(wire.encode_json(theory))
+        theory = to_document(self.run.sheet.run_id, self.run.predictions)
+        self.publish(wire.THEORY, wire.encode_json(theory))
 
     def _physics(self) -> RunSpec:
         """The run as the sheet tells it; where it does not know a section, as this node does."""
-        told = {name.split('.', 1)[0] for name in self.sheet.spec}
+        recorded = self.run.sheet.spec
+        told = {name.split('.', 1)[0] for name in recorded}
         known = {p.name for p in scenario.PARAMETERS if p.section not in told}
         mine = {name: value for name, value in self.spec.items() if name in known}
-        return scenario.complete({**mine, **self.sheet.spec})
+        return scenario.complete({**mine, **recorded})
 
     def _missing(self) -> list[str]:
         missing = []
@@ -191,92 +220,99 @@ class Lead(RigNode):
             status = self.statuses.get(peer)
             if status is None:
                 missing.append(f'node {peer}')
-            elif status.values.get('state') != 'ready' or not self._ours(status):
-                missing.append(f'{peer} ({status.message or status.values.get("state")})')
+            elif status.state is not FollowerState.READY or not self._ours(status):
+                missing.append(f'{peer} ({status.message or status.state})')
         return missing + self.unmatched(self.endpoints())
 
     def _wait_armed(self) -> None:
-        states = [self.statuses[p].values.get('state') for p in self.peers if p in self.statuses]
-        if len(states) == len(self.peers) and all(s in ('armed', 'running') for s in states):
-            self._announce('running')
+        states = [self.statuses[p].state for p in self.peers if p in self.statuses]
+        begun = (FollowerState.ARMED, FollowerState.RUNNING)
+        if len(states) == len(self.peers) and all(state in begun for state in states):
+            self._announce(LeadState.RUNNING, SheetState.RUNNING)
             self._pump()
 
     def _pump(self) -> None:
-        if self.sheet.mode == 'lockstep':
-            chunk = min(self.sheet.chunk, IN_FLIGHT)
-            while self._room() >= chunk and self.sent < self.sheet.samples:
-                self.sent += self.feed(chunk)
+        run = self.run
+        if run.sheet.mode == 'lockstep':
+            chunk = min(run.sheet.chunk, IN_FLIGHT)
+            while self._room() >= chunk and run.sent < run.sheet.samples:
+                run.sent += self.feed(chunk)
         else:
-            elapsed_s = time.monotonic() - self._start_clock
-            owed = min(int(elapsed_s * self.sheet.pace * 1e9) // self.sheet.step_ns + 1, 2**62)
+            elapsed_s = time.monotonic() - run.start_at
+            owed = min(int(elapsed_s * run.sheet.pace * 1e9) // run.sheet.step_ns + 1, 2**62)
             # what is owed after a stall goes out in pieces that the queues can hold
-            while self.sent < min(owed, self.sheet.samples):
-                self.sent += self.feed(min(owed - self.sent, 500))
-        if self.sent >= self.sheet.samples:
-            self.state = 'draining'
-            self._drain_until = time.monotonic() + DRAIN_S
+            while run.sent < min(owed, run.sheet.samples):
+                run.sent += self.feed(min(owed - run.sent, 500))
+        if run.sent >= run.sheet.samples:
+            self._enter(LeadState.DRAINING)
+            run.drain_until = time.monotonic() + DRAIN_S
             self._drain()
 
     def _drain(self) -> None:
-        late = self.sheet.mode == 'real_time' and time.monotonic() > self._drain_until
-        if self._done() >= self.sheet.samples or late or not self.peers:
-            self._end('aborted' if self._abort_reason else 'finished', self._abort_reason)
+        sheet = self.run.sheet
+        late = sheet.mode == 'real_time' and time.monotonic() > self.run.drain_until
+        if self._done() >= sheet.samples or late or not self.peers:
+            if self.run.abort_reason:
+                self._abort(self.run.abort_reason)
+            else:
+                self._end(SheetState.FINISHED)
 
     def _room(self) -> int:
-        return self._done() + IN_FLIGHT - self.sent
+        return self._done() + IN_FLIGHT - self.run.sent
 
     def _done(self) -> int:
-        return min((self._index(peer) for peer in self.peers), default=self.sent)
+        return min((self._index(peer) for peer in self.peers), default=self.run.sent)
 
     def _index(self, peer: str) -> int:
         status = self.statuses.get(peer)
-        return int(status.values.get('index', '0')) if status else 0
+        return status.index if status else 0
 
     def parted(self) -> bool:
         """Every peer that takes part has closed its files."""
-        sheet = getattr(self, 'sheet', None)
-        values = [status.values for status in self.statuses.values()] if sheet else []
-        mine = [each for each in values if sheet and each.get('run_id') == sheet.run_id]
-        return all(each.get('state') in ('done', 'failed') for each in mine)
+        over = (FollowerState.DONE, FollowerState.FAILED)
+        return self._run is None or all(
+            status.state in over
+            for status in self.statuses.values()
+            if status.run_id == self._run.sheet.run_id
+        )
 
     def _see_off(self) -> None:
-        if not self.parted() and time.monotonic() < self._end_until:
+        if not self.parted() and time.monotonic() < self.run.leave_at:
             return
         if self.spec.flag('exit_when_done'):
-            self.finish(0 if self.sheet.state == 'finished' else 1)
+            self.finish(0 if self.run.sheet.state is SheetState.FINISHED else 1)
         else:
-            self.state = 'idle'
+            self._enter(LeadState.IDLE)
 
     # --- peers and operators
 
     def _heard(self, peer: str, raw: bytes) -> None:
-        status = wire.decode_status(raw)
+        status = from_wire(wire.decode_status(raw))
         self.statuses[peer] = status
         if not self._ours(status):
             return
         if status.level == wire.LEVEL['error'] and self.busy:
-            self._end('aborted', f'{peer}: {status.message.removeprefix("aborted: ")}')
-        elif self.state in ('waiting', 'armed', 'draining', 'ended') or (
-            self.state == 'running' and self.sheet.mode == 'lockstep'
-        ):
+            self._abort(f'{peer}: {status.message.removeprefix("aborted: ")}')
+        elif self.state is not LeadState.RUNNING or self.run.sheet.mode == 'lockstep':
             self.tick()
 
-    def _ours(self, status: Status) -> bool:
-        return status.values.get('run_id') == self.sheet.run_id if self.busy else False
+    def _ours(self, status: FollowerStatus) -> bool:
+        return self.busy and status.run_id == self.run.sheet.run_id
 
     def _lost(self, peer: str) -> None:
         gone = self.statuses.pop(peer, None)
-        if self.state in ('armed', 'running', 'draining') and gone is not None:
+        begun = (LeadState.ARMED, LeadState.RUNNING, LeadState.DRAINING)
+        if self.state in begun and gone is not None:
             self.get_logger().error(f'{peer} died or was cut off; the run ends')
             self.gone.append(peer)  # `tick` acts on it: a second one may be news of the same moment
 
     def _ramp_down(self, why: str) -> None:
-        self._abort_reason = why
-        self.sheet = self.sheet.of(samples=self.soft_stop())
+        self.run.abort_reason = why
+        self.run.sheet = self.run.sheet.of(samples=self.soft_stop())
         self.get_logger().warning(f'{why}: ramping down')
 
     def _abort_service(self, request: Any, response: Any) -> Any:
-        response.success = self.state == 'running'
+        response.success = self.state is LeadState.RUNNING
         response.message = 'ramping down' if response.success else f'no run is on ({self.state})'
         if response.success:
             self._ramp_down('aborted by the operator')
@@ -284,47 +320,47 @@ class Lead(RigNode):
 
     def fail(self, error: RigError) -> None:
         if self.busy:
-            self._end('aborted', str(error))
+            self._abort(str(error))
         super().fail(error)
 
     def operator_stop(self, why: str) -> None:
         if self.busy:
-            self._end('aborted', f'stopped by {why}')
+            self._abort(f'stopped by {why}')
         super().operator_stop(why)
 
-    def _end(self, state: str, reason: str) -> None:
-        if self.state in ('ended', 'idle'):
+    def _abort(self, reason: str) -> None:
+        self._end(SheetState.ABORTED, reason)
+
+    def _end(self, state: SheetState, reason: str = '') -> None:
+        if self.state in (LeadState.ENDED, LeadState.IDLE):
             return
         self.busy = False
-        self.sheet = self.sheet.of(reason=reason)
-        self._announce(state)
-        self.state = 'ended'
-        self._end_until = time.monotonic() + SEE_OFF_S
+        self.run.sheet = self.run.sheet.of(reason=reason)
+        self.run.leave_at = time.monotonic() + SEE_OFF_S
+        self._announce(LeadState.ENDED, state)
         # two calls: rclpy refuses one call that changes its severity
-        if state == 'finished':
-            self.get_logger().info(f'run {self.sheet.run_id} finished')
+        if state is SheetState.FINISHED:
+            self.get_logger().info(f'run {self.run.sheet.run_id} finished')
         else:
-            self.get_logger().error(f'run {self.sheet.run_id} aborted: {reason}')
+            self.get_logger().error(f'run {self.run.sheet.run_id} aborted: {reason}')
 
-    def _announce(self, state: str) -> None:
-        self.state = state
-        self.sheet = self.sheet.of(state=state)
+    def _announce(self, state: LeadState, word: SheetState) -> None:
+        self._enter(state)
+        self.run.sheet = self.run.sheet.of(state=word)
         self._publish_sheet()
 
     def _publish_sheet(self) -> None:
-        self._announced_at = time.monotonic()
-        self._run.publish(wire.encode_json(self.sheet.to_document()))
+        self.run.announced_at = time.monotonic()
+        self.publish(wire.RUN, wire.encode_json(self.run.sheet.to_document()))
 
     def status(self) -> Status:
-        state = getattr(self, 'state', 'unconfigured')
-        sheet = getattr(self, 'sheet', None)
-        values = {'state': state}
-        if sheet is not None:
-            values |= {'run_id': sheet.run_id, 'sent': str(self.sent), 'of': str(sheet.samples)}
-        aborted = sheet is not None and sheet.state == 'aborted'
-        level = wire.LEVEL['error' if aborted else 'warn' if state == 'waiting' else 'ok']
-        return Status(self.role, level, sheet.reason if aborted and sheet else self._text(), values)
-
-    def _text(self) -> str:
-        awaited = getattr(self, '_waits_for', '')
-        return f'waiting for {awaited}' if awaited else getattr(self, 'state', 'unconfigured')
+        values = {'state': self.state.value}
+        if self._run is None:
+            return Status(self.role, wire.LEVEL['ok'], self.state.value, values)
+        run, sheet = self._run, self._run.sheet
+        values |= {'run_id': sheet.run_id, 'sent': str(run.sent), 'of': str(sheet.samples)}
+        if sheet.state is SheetState.ABORTED:
+            return Status(self.role, wire.LEVEL['error'], sheet.reason, values)
+        text = f'waiting for {run.waits_for}' if run.waits_for else self.state.value
+        level = wire.LEVEL['warn' if self.state is LeadState.WAITING else 'ok']
+        return Status(self.role, level, text, values)

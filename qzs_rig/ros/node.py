@@ -59,9 +59,10 @@ class RigNode(LifecycleNode):
         self.exit_code: int | None = None
         self.wake: Callable[[], None] = lambda: None
         self.matched: dict[str, int] = {}
+        self._outlets: dict[str, Publisher[Any]] = {}
         self.gone: list[str] = []  # peers that died in a run, in the order of the news
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._diagnostics = self.publisher(wire.DIAGNOSTICS)
+        self._diagnostics = self.publisher(wire.DIAGNOSTICS)  # outlives a cleanup
         self.create_timer(1.0, self._diagnose, clock=self._steady)
         self._lasting = self._held()
         self._suspects: dict[str, tuple[float, Callable[[], None]]] = {}
@@ -159,6 +160,7 @@ class RigNode(LifecycleNode):
             if endpoint not in self._lasting:
                 destroy(endpoint)
         self.matched.clear()
+        self._outlets.clear()
         self._suspects.clear()
 
     def _held(self) -> dict[Any, Callable[[Any], object]]:
@@ -232,7 +234,7 @@ class RigNode(LifecycleNode):
 
     def publisher(self, topic: Topic, profile: QoSProfile | None = None) -> Publisher[Any]:
         """A publisher of serialised messages on `topic`; counts its matches in `matched`."""
-        return self.create_publisher(
+        self._outlets[topic.name] = publisher = self.create_publisher(
             message_class(topic.type),
             topic.name,
             profile or qos.reliable(topic),
@@ -241,6 +243,16 @@ class RigNode(LifecycleNode):
                 incompatible_qos=self._misfit(topic.name),
             ),
         )
+        return publisher
+
+    def publish(self, topic: Topic, *messages: bytes) -> None:
+        """Send serialised messages on `topic`, in their order; nobody hears of a topic that was not
+        opened yet."""
+        outlet = self._outlets.get(topic.name)
+        if outlet is not None:
+            send = outlet.publish
+            for message in messages:
+                send(message)
 
     def subscribe(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from qzs_rig.errors import GapError
 from qzs_rig.ros.follower import Follower
 from qzs_rig.ros.leaving import leave
 from qzs_rig.ros.spinning import run
-from qzs_rig.run.sheet import RunSheet
+from qzs_rig.run.sheet import RunSheet, SheetState
 from qzs_rig.run.stages import MOTION_CHANNELS, PlatformStage
 from qzs_rig.samples import NS, TimeHistory, index_of
 from qzs_rig.units import DOFS
@@ -25,16 +26,18 @@ class Platform(Follower):
     role = 'platform'
     sections = ('platform', 'sensor')
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._stage: PlatformStage | None = None
+        self._joints_at = 0.0
+
     def open(self) -> None:
         super().open()
         # refuses a bad design, and loads compiled code, now and not when a run starts
         PlatformStage(self.spec, NS)
-        self._base_imu = self.publisher(wire.BASE_IMU)
-        self._top_imu = self.publisher(wire.TOP_IMU)
-        self._joints = self.publisher(wire.JOINT_STATES)
-        self._sim_clock = self.publisher(wire.CLOCK)
-        self._stage: PlatformStage | None = None
-        self._joints_at = 0.0
+        for topic in (wire.BASE_IMU, wire.TOP_IMU, wire.JOINT_STATES, wire.CLOCK):
+            self.publisher(topic)
+        self._stage = None
         self.subscribe(wire.BASE_MOTION, self._push)
 
     def endpoints(self, sheet: RunSheet) -> list[str]:
@@ -68,25 +71,24 @@ class Platform(Follower):
         self._publish(out.base_imu, out.top_imu)
         self.index += len(base)
         if sheet.mode == 'lockstep':
-            self._sim_clock.publish(wire.encode_clock(base.end_ns - base.step_ns))
+            self.publish(wire.CLOCK, wire.encode_clock(base.end_ns - base.step_ns))
             self.say()
         if time.monotonic() - self._joints_at > JOINT_STATES_S:
             self._joints_at = time.monotonic()
             last = base.end_ns - base.step_ns
             row = wire.encode_joint_states(last, base.data[-1], out.top.data[-1])
-            self._joints.publish(row)
+            self.publish(wire.JOINT_STATES, row)
 
     def _publish(self, base: TimeHistory, top: TimeHistory) -> None:
         stamps = base.stamps_ns()
         base_rows = _messages(wire.encode_imu(stamps, base.data, 'base_imu_link'))
         top_rows = _messages(wire.encode_imu(stamps, top.data, 'top_imu_link'))
-        to_base, to_top = self._base_imu.publish, self._top_imu.publish
         for base_row, top_row in zip(base_rows, top_rows, strict=True):
-            to_base(base_row)
-            to_top(top_row)
+            self.publish(wire.BASE_IMU, base_row)
+            self.publish(wire.TOP_IMU, top_row)
 
     def conclude(self, sheet: RunSheet) -> None:
-        if sheet.state == 'finished' and self.index < sheet.samples:
+        if sheet.state is SheetState.FINISHED and self.index < sheet.samples:
             self.get_logger().warning(f'{sheet.samples - self.index} samples of motion missing')
 
     def details(self) -> dict[str, str]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +18,15 @@ from qzs_rig.ros.leaving import leave
 from qzs_rig.ros.spinning import run
 from qzs_rig.run.sheet import RunSheet, from_document
 from qzs_rig.wire import Topic
+
+
+@dataclass(frozen=True)
+class Track:
+    """Recorded messages of one topic, and the sample index of each."""
+
+    topic: Topic
+    messages: Sequence[bytes]
+    index: wire.Stamps
 
 
 class Player(Lead):
@@ -30,6 +42,17 @@ class Player(Lead):
     )
     tick_s = 0.01
 
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._tracks: tuple[Track, ...] = ()
+        self._recording: RunSheet | None = None
+
+    @property
+    def recording(self) -> RunSheet:
+        """The sheet of the recorded run, as far as it is replayed."""
+        assert self._recording is not None
+        return self._recording
+
     def open(self) -> None:
         super().open()
         reader = BagReader(Path(self.spec.text('bag')))
@@ -39,14 +62,13 @@ class Player(Lead):
             rows = [reader.rows(topic.name, topic.type) for topic in topics]
         finally:
             reader.close()
-        self._sheet = self._recorded(sheets, rows[0].stamps_ns)
-        self._outputs = [
-            (self.publisher(topic), item.messages())
+        self._recording = sheet = self._recorded(sheets, rows[0].stamps_ns)
+        for topic in topics:
+            self.publisher(topic)
+        self._tracks = tuple(
+            Track(topic, item.messages(), (item.stamps_ns - sheet.start_ns) // sheet.step_ns)
             for topic, item in zip(topics, rows, strict=True)
-        ]
-        self._names = [topic.name for topic in topics]
-        start, step = self._sheet.start_ns, self._sheet.step_ns
-        self._at = [(item.stamps_ns - start) // step for item in rows]
+        )
 
     def _topics(self, sheets: list[RunSheet]) -> list[Topic]:
         """What is replayed, under the names that the recorded analyzer listened to."""
@@ -59,28 +81,27 @@ class Player(Lead):
         ]
 
     def prepare(self) -> RunSheet:
-        return self._sheet.of(
-            mode=self.spec.text('mode'), pace=self.spec.number('rate'), reason='', state='waiting'
+        return self.recording.of(
+            mode=self.spec.text('mode'), pace=self.spec.number('rate'), reason=''
         )
 
     def endpoints(self) -> list[str]:
-        return [f'a subscriber of {name}' for name in self._names] if self.peers else []
+        return [f'a subscriber of {t.topic.name}' for t in self._tracks] if self.peers else []
 
     def arm(self, start_ns: int) -> int:
-        self._next = [0] * len(self._outputs)
-        return self._sheet.start_ns  # original stamps
+        return self.recording.start_ns  # original stamps
 
     def feed(self, n: int) -> int:
-        end = self.sent + n
-        for place, (publisher, messages) in enumerate(self._outputs):
-            first, last = self._next[place], int(np.searchsorted(self._at[place], end))
-            for message in messages[first:last]:
-                publisher.publish(message)
-            self._next[place] = last
-        return min(n, self.sheet.samples - self.sent)
+        sent = self.run.sent
+        for track in self._tracks:
+            # what was stamped before the first sample goes with it
+            first = int(np.searchsorted(track.index, sent)) if sent else 0
+            last = int(np.searchsorted(track.index, sent + n))
+            self.publish(track.topic, *track.messages[first:last])
+        return min(n, self.run.sheet.samples - sent)
 
     def soft_stop(self) -> int:
-        return self.sent
+        return self.run.sent
 
     def _recorded(self, sheets: list[RunSheet], stamps: wire.Stamps) -> RunSheet:
         if len(stamps) == 0:

@@ -4,13 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
+from enum import Enum
 from typing import Any
 
 from qzs_rig.errors import InputError
 from qzs_rig.parameters import Value
 
 SCHEMA = 'qzs_rig/sheet/1'
-STATES = ('waiting', 'armed', 'running', 'finished', 'aborted')
+
+
+class SheetState(str, Enum):
+    """How far a run is; `value` is its word in the JSON."""
+
+    WAITING = 'waiting'
+    ARMED = 'armed'
+    RUNNING = 'running'
+    FINISHED = 'finished'
+    ABORTED = 'aborted'
+
+    __str__ = str.__str__
 
 
 @dataclass(frozen=True)
@@ -31,8 +43,11 @@ class RunSheet:
     peers: tuple[str, ...] = ()
     start_ns: int = 0
     pace: float = 1.0
-    state: str = 'waiting'
+    state: SheetState = SheetState.WAITING
     reason: str = ''
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'state', SheetState(self.state))
 
     def of(self, **changes: Any) -> RunSheet:
         """A sheet with `changes`."""
@@ -40,8 +55,8 @@ class RunSheet:
 
     def to_document(self) -> dict[str, Any]:
         """JSON-ready."""
-        document = asdict(self) | {'spec': dict(self.spec), 'peers': list(self.peers)}
-        return {'schema': SCHEMA, **document}
+        plain = {'spec': dict(self.spec), 'peers': list(self.peers), 'state': self.state.value}
+        return {'schema': SCHEMA, **asdict(self), **plain}
 
 
 def from_document(document: Mapping[str, Any]) -> RunSheet:
@@ -52,5 +67,5 @@ def from_document(document: Mapping[str, Any]) -> RunSheet:
         raise InputError(f'rig/run holds schema {schema!r}, expected {SCHEMA!r}')
     try:
         return RunSheet(**fields | {'peers': tuple(fields['peers'])})
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise InputError(f'rig/run holds a damaged run sheet: {error}') from error
