@@ -21,7 +21,7 @@ from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
 
 METHOD, LABEL = 'harmonic_balance', 'theory, harmonic balance'
-FINER = 6
+FINER = 12
 """Points drawn for one that was computed: a continued path is smooth in its length."""
 MOMENTS = 256
 """Times a period at which the stroke is looked for; it is missed by less than 1e-4 of itself."""

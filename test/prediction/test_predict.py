@@ -64,7 +64,7 @@ def test_between_the_computed_points_it_is_the_same_curve(loud):
     ranked = sorted(again.branches, key=lambda path: path.amplitude.mean())
     for name, path in zip(('lower', 'middle', 'upper'), ranked, strict=True):
         mine, f = branches[name], path.omega * hertz
-        # cubic between points 3 % apart, then linear between six times as many
+        # cubic between points 3 % apart, then linear between twelve times as many
         np.testing.assert_allclose(
             np.interp(f, mine.frequency_hz, mine.transmissibility), path.T, rtol=5e-5
         )
