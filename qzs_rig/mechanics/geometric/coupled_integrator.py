@@ -11,7 +11,7 @@ from qzs_rig.errors import DivergenceError
 from qzs_rig.mechanics.geometric import motion
 from qzs_rig.mechanics.geometric.equilibrium import equilibrium
 from qzs_rig.mechanics.geometric.geometry import Geometry
-from qzs_rig.mechanics.geometric.pose import angles, axes_of, quaternion
+from qzs_rig.mechanics.geometric.pose import angles, axes_of, quaternion, turned_by
 from qzs_rig.mechanics.stepping import Stepper, by_kernel
 from qzs_rig.samples import Array
 from qzs_rig.units import GRAVITY
@@ -143,22 +143,9 @@ def _riding(geometry: Geometry, rest: Array, row: Array) -> tuple[float, ...]:
     turn = floor @ np.stack([axis[0] for axis in plate], axis=1)
     centre = floor @ np.array([rest[1], rest[4], rest[0]]) + geometry.height * turn[:, 2]
     yaw, pitch = math.atan2(row[6], row[5]), math.asin(-row[7])
-    attitude = _after(quaternion(yaw, pitch, 0.0), quaternion(rest[2], rest[3], rest[5]))
+    attitude = turned_by(quaternion(yaw, pitch, 0.0), quaternion(rest[2], rest[3], rest[5]))
     spin = floor @ rate
     position = np.array([row[0], 0.0, row[1]]) + centre
     velocity = np.array([row[2], 0.0, row[3]]) + np.cross(spin, centre)
     values = np.concatenate([position, velocity, attitude, turn.T @ spin])
     return tuple(float(value) for value in values)
-
-
-def _after(first: Array, second: Array) -> Array:
-    """Quaternion of turning by `second` about axes that `first` has turned."""
-    (w, x, y, z), (a, b, c, d) = first, second
-    return np.array(
-        [
-            w * a - x * b - y * c - z * d,
-            w * b + x * a + y * d - z * c,
-            w * c - x * d + y * a + z * b,
-            w * d + x * c - y * b + z * a,
-        ]
-    )

@@ -81,5 +81,18 @@ def quaternion(yaw: float, pitch: float, roll: float) -> Array:
     )
 
 
+def turned_by(first: Array, second: Array) -> Array:
+    """Quaternion (4,) of turning by `first`, then by `second` about the turned axes."""
+    (w, x, y, z), (a, b, c, d) = first, second
+    return np.array(
+        [
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ]
+    )
+
+
 def _columns(x: Array, y: Array, z: Array) -> Array:
     return np.stack([x, y, z], axis=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,7 +117,7 @@ class _Trial:
         for _ in range(2):
             factors = np.linspace(low, largest if math.isnan(best) else best, TRIES + 1)[1:]
             runs = self._rest[np.zeros(TRIES, int)]
-            raised = Batch(**{**vars(runs), 'amplitude': runs.amplitude * factors})
+            raised = replace(runs, amplitude=runs.amplitude * factors)
             up = self._run(raised, self._w, self._velocity, 0.0)
             back = self._run(runs, up.end[:, 0], up.end[:, 1], 0.0)
             jumped = self._elsewhere(back)
