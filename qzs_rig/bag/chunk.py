@@ -12,7 +12,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from qzs_rig.bag.layout import (
+from qzs_rig.bag.records import (
     CHUNK_HEAD,
     MESSAGE_FIELDS,
     MESSAGE_HEAD,

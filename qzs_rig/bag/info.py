@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.bag.layout import Stamps
+from qzs_rig.bag.folder import bag_file
 from qzs_rig.bag.limits import Limits
-from qzs_rig.bag.locate import bag_file
 from qzs_rig.bag.mcap_source import McapSource
 from qzs_rig.bag.reader import run_sheets
+from qzs_rig.bag.records import Stamps
 from qzs_rig.bag.sqlite_source import SqliteSource
 from qzs_rig.errors import BagError
 

@@ -27,8 +27,7 @@ from mcap.records import (
 )
 
 from qzs_rig.bag.chunk import ChunkBuilder, EncodedChunk
-from qzs_rig.bag.layout import MAGIC, Bytes, Stamps
-from qzs_rig.bag.messages import MessageBlock
+from qzs_rig.bag.records import MAGIC, Bytes, MessageBlock, Stamps
 from qzs_rig.bag.topics import Channel
 
 

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 from mcap.opcode import Opcode
 
-from qzs_rig.bag.layout import MAGIC
 from qzs_rig.bag.limits import DamageError, Limits, expand
-from qzs_rig.bag.messages import MessageBlock, parse_records
+from qzs_rig.bag.records import MAGIC, MessageBlock, parse_records
 from qzs_rig.bag.scan import (
     ChunkPlace,
     Declarations,

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.bag.layout import Bytes, Stamps
+from qzs_rig.bag.folder import bag_file
 from qzs_rig.bag.limits import Limits
-from qzs_rig.bag.locate import bag_file
 from qzs_rig.bag.mcap_source import McapSource
-from qzs_rig.bag.messages import MessageBlock, Offsets
+from qzs_rig.bag.records import Bytes, MessageBlock, Offsets, Stamps
 from qzs_rig.bag.sqlite_source import SqliteSource
 from qzs_rig.bag.topics import Channel, absolute
 from qzs_rig.errors import BagError

@@ -12,13 +12,11 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from qzs_rig.bag import metadata
-from qzs_rig.bag.layout import CHUNK_HEAD, MAGIC, RECORD_HEAD, Bytes
+from qzs_rig.bag.folder import bag_file, metadata_text, new_folder, save_metadata
 from qzs_rig.bag.limits import DamageError, Limits, expand, expand_torn
-from qzs_rig.bag.locate import bag_file, new_folder
 from qzs_rig.bag.mcap_file import McapFile
 from qzs_rig.bag.mcap_source import NOT_BARE, WINDOW
-from qzs_rig.bag.messages import MessageBlock, parse_records
+from qzs_rig.bag.records import CHUNK_HEAD, MAGIC, RECORD_HEAD, Bytes, MessageBlock, parse_records
 from qzs_rig.bag.scan import (
     ChunkPlace,
     Declarations,
@@ -283,13 +281,13 @@ def _write(salvage: Salvage, folder: Path) -> McapFile:
                 file.add_channels(salvage.channels.values())
                 file.append_block(block)
             file.add_channels(salvage.channels.values())
-            information = metadata.information(
+            information = metadata_text(
                 path.name, file.channels, file.counts, file.start_ns, file.end_ns
             )
             file.finish(information)
         finally:
             file.close()
-        metadata.save(folder, information)
+        save_metadata(folder, information)
     except OSError as error:
         raise BagError(f'{folder}: {error.strerror}; recover to another disk') from error
     return file

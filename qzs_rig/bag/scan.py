@@ -15,8 +15,8 @@ from mcap.opcode import Opcode
 from mcap.records import Channel as ChannelRecord
 from mcap.records import Schema
 
-from qzs_rig.bag.layout import CHUNK_HEAD, MAGIC, RECORD_HEAD
 from qzs_rig.bag.limits import DamageError, Limits
+from qzs_rig.bag.records import CHUNK_HEAD, MAGIC, RECORD_HEAD
 from qzs_rig.bag.topics import Channel
 
 FOOTER_BYTES = RECORD_HEAD.size + 20 + len(MAGIC)

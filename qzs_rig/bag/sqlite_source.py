@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from qzs_rig.bag.limits import Limits
-from qzs_rig.bag.messages import MessageBlock
+from qzs_rig.bag.records import MessageBlock
 from qzs_rig.bag.topics import Channel
 from qzs_rig.errors import BagError
 

@@ -13,10 +13,9 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from qzs_rig.bag import metadata
-from qzs_rig.bag.layout import Bytes, Stamps
-from qzs_rig.bag.locate import new_folder
+from qzs_rig.bag.folder import metadata_text, new_folder, save_metadata
 from qzs_rig.bag.mcap_file import McapFile
+from qzs_rig.bag.records import Bytes, Stamps
 from qzs_rig.bag.topics import Channel, TopicSpec, absolute, declare
 from qzs_rig.errors import BagError
 
@@ -68,7 +67,7 @@ class BagWriter:
         with self._reporting_disk():
             self._file = McapFile(self.path, level=level, chunk_bytes=chunk_bytes)
             self._file.begin(channels)
-            metadata.save(self.path.parent, self._information())
+            save_metadata(self.path.parent, self._information())
 
     def write_rows(self, topic: str, stamps_ns: ArrayLike, rows: Bytes) -> None:
         """Messages of one length: stamps (n,), rows (n, length) uint8."""
@@ -198,16 +197,14 @@ class BagWriter:
 
     def _information(self) -> str:
         file = self._file
-        return metadata.information(
-            self.path.name, file.channels, file.counts, file.start_ns, file.end_ns
-        )
+        return metadata_text(self.path.name, file.channels, file.counts, file.start_ns, file.end_ns)
 
     def _finish(self) -> None:
         information = self._information()
         self._file.finish(information)
         self._file.close()
         self._closed = True
-        metadata.save(self.path.parent, information)
+        save_metadata(self.path.parent, information)
 
     @contextmanager
     def _reporting_disk(self) -> Iterator[None]:

@@ -1,16 +1,49 @@
-"""Messages found in a run of MCAP records, as arrays over one buffer."""
+"""MCAP records that are built or parsed by the thousand (mcap.dev/spec): their bytes, and the
+messages of a run of them as arrays over one buffer."""
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from qzs_rig.bag.layout import MESSAGE_FIELDS, MESSAGE_HEAD, RECORD_HEAD, Bytes, Stamps
-
+Bytes = NDArray[np.uint8]
+Stamps = NDArray[np.int64]
 Offsets = NDArray[np.int64]
+
+MAGIC = b'\x89MCAP0\r\n'
+
+RECORD_HEAD = struct.Struct('<BQ')
+"""Opcode, length of what follows."""
+
+CHUNK_HEAD = struct.Struct('<QQQI')
+"""First log time, last log time, uncompressed size, CRC-32 of the uncompressed records."""
+
+MESSAGE_HEAD = np.dtype(
+    [
+        ('opcode', 'u1'),
+        ('length', '<u8'),
+        ('channel', '<u2'),
+        ('sequence', '<u4'),
+        ('log_time', '<u8'),
+        ('publish_time', '<u8'),
+    ]
+)
+
+MESSAGE_FIELDS = MESSAGE_HEAD.itemsize - RECORD_HEAD.size
+"""Bytes of a message record between its head and its payload: 22."""
+
+
+@lru_cache(maxsize=64)
+def message_record(payload: int) -> np.dtype[Any]:
+    """One whole message record with `payload` bytes, packed."""
+    return np.dtype([*MESSAGE_HEAD.descr, ('payload', f'V{payload}')])
+
 
 SCALAR_RUN = 4
 """Equal records seen one by one before numpy looks ahead: below, its calls cost more."""

@@ -1,4 +1,5 @@
-"""metadata.yaml, version 9, as rosbag2 writes it beside a bag."""
+"""The folder of a bag as rosbag2 lays it out: which storage file a path means (bag folder, run
+folder, the file), a new folder, and metadata.yaml, version 9."""
 
 from __future__ import annotations
 
@@ -8,6 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from qzs_rig.bag.topics import Channel
+from qzs_rig.errors import BagError
+
+SUFFIXES = ('.mcap', '.db3')
+COMPRESSED = re.compile(r'^\s*compression_mode:\s*["\']?(file|message)\b', re.IGNORECASE | re.M)
 
 NEVER_NS = 2**63 - 1
 """Start of a bag without messages, as rosbag2 gives it."""
@@ -15,7 +20,61 @@ NEVER_NS = 2**63 - 1
 QOS_LINE = re.compile(r'^(- | {2,})\w+:( [\w.]+)?$')
 
 
-def information(
+def bag_file(path: Path) -> Path:
+    """The one storage file at `path`; raises BagError naming what is there instead."""
+    path = Path(path)
+    if not path.exists():
+        raise BagError(f'{path} does not exist; give a bag folder, a run folder or an .mcap file')
+    if path.is_file():
+        if path.suffix not in SUFFIXES:
+            raise BagError(f'{path} is not a bag; give a bag folder, a run folder or an .mcap file')
+        return path
+    if (path / 'bag').is_dir() and not _storages(path):
+        return bag_file(path / 'bag')
+    _refuse_compressed(path)
+    found = _storages(path)
+    if not found:
+        raise BagError(f'{path} holds no bag (no .mcap, no .db3); give the folder of a run')
+    if len(found) > 1:
+        names = ', '.join(file.name for file in found)
+        raise BagError(f'{path} holds {len(found)} bags ({names}); give one of these files')
+    return found[0]
+
+
+def new_folder(folder: Path) -> Path:
+    """`folder`, made where it is missing; raises BagError where something lies already."""
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        occupied = any(folder.iterdir())
+    except OSError as error:
+        raise BagError(
+            f'bag folder {folder} cannot be made ({error.strerror}); choose another'
+        ) from error
+    if occupied:
+        raise BagError(f'bag folder {folder} is not empty; choose a new one or move it away')
+    return folder
+
+
+def _storages(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.iterdir() if file.suffix in SUFFIXES)
+
+
+def _refuse_compressed(folder: Path) -> None:
+    """rosbag2 can compress whole files or single messages; MCAP compresses its chunks itself."""
+    description = folder / 'metadata.yaml'
+    if not description.is_file():
+        return
+    with description.open(encoding='utf-8', errors='replace') as text:
+        mode = COMPRESSED.search(text.read(1 << 22))
+    if mode:
+        raise BagError(
+            f'{folder} is compressed by {mode[1].lower()}, which only rosbag2 unpacks; '
+            'convert it with `ros2 bag convert` to uncompressed MCAP'
+        )
+
+
+def metadata_text(
     file_name: str,
     channels: Mapping[int, Channel],
     counts: Mapping[int, int],
@@ -47,7 +106,7 @@ def information(
     )
 
 
-def save(folder: Path, text: str) -> None:
+def save_metadata(folder: Path, text: str) -> None:
     """Replace metadata.yaml as a whole: a reader sees the old one or the new one."""
     lines = ''.join(f'  {line}\n' for line in text.splitlines())
     temporary = folder / '.metadata.yaml.tmp'
