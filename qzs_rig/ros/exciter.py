@@ -6,8 +6,7 @@ from typing import Any
 
 from qzs_rig import wire
 from qzs_rig.ros.lead import Lead
-from qzs_rig.ros.leaving import leave
-from qzs_rig.ros.spinning import run
+from qzs_rig.ros.process import leave, run
 from qzs_rig.run.sheet import RunSheet
 from qzs_rig.run.stages import ExciterStage
 from qzs_rig.scenario import step_ns_of

@@ -10,8 +10,7 @@ import numpy as np
 from qzs_rig import wire
 from qzs_rig.errors import GapError
 from qzs_rig.ros.follower import Follower
-from qzs_rig.ros.leaving import leave
-from qzs_rig.ros.spinning import run
+from qzs_rig.ros.process import leave, run
 from qzs_rig.run.sheet import RunSheet, SheetState
 from qzs_rig.run.stages import MOTION_CHANNELS, PlatformStage
 from qzs_rig.samples import NS, TimeHistory, index_of

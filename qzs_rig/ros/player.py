@@ -14,8 +14,7 @@ from qzs_rig.bag import BagReader
 from qzs_rig.errors import BagError, InputError
 from qzs_rig.parameters import Parameter
 from qzs_rig.ros.lead import LEAD_PARAMETERS, Lead
-from qzs_rig.ros.leaving import leave
-from qzs_rig.ros.spinning import run
+from qzs_rig.ros.process import leave, run
 from qzs_rig.run.sheet import RunSheet, from_document
 from qzs_rig.wire import Topic
 

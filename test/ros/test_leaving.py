@@ -11,14 +11,14 @@ HANGS = """
 import ctypes
 import sys
 
-from qzs_rig.ros import analyzer, spinning
+from qzs_rig.ros import analyzer, process
 
 def hang(self):
     # as rclpy does in C++: with the interpreter locked
     ctypes.PyDLL(None).sleep(1000)
 
 analyzer.Analyzer.destroy_node = hang
-spinning.LEAVE_S = {True: 3, False: 2}
+process.LEAVE_S = {True: 3, False: 2}
 analyzer.main()
 """
 
