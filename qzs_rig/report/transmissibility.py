@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -95,25 +96,35 @@ def dof_sheet(
         phase += _branches(prediction, 'phase_deg', colour)
         magnitude += _folds(prediction, colour)
     panels = _panels([item.curve for item in curves], predictions, magnitude, phase)
-    thd = [_line(item, item.curve.frequency_hz, 100 * item.curve.thd) for item in curves]
-    finite = _finite([line.y for line in thd])
-    if finite.size:
-        span = (0.0, max(1.2 * float(finite.max()), 1.0))
-        axes = replace(panels[1], y_label='THD, %', y_range=span, y_step=None, height=0.27)
-        panels = (*panels, replace(axes, items=tuple(thd)))
-    kinds = dict.fromkeys(event.kind for item in curves for event in item.events)
-    ways = dict.fromkeys(item.curve.direction for item in curves)
     return Sheet(
         name,
         dof_name(dof)[:1].upper() + dof_name(dof)[1:],
         '',
-        panels,
+        (*panels, *_distortion(curves, panels[1])),
         linked=True,
         lines=tuple(_sentence(item) for item in curves),
-        marks=(
-            *((ARROWS[way], way) for way in ways if way in ARROWS),
-            *((EVENT_MARKS.get(kind, 'square'), event_name(kind)) for kind in kinds),
-        ),
+        marks=_marks(curves),
+    )
+
+
+def _distortion(curves: Sequence[Shown], above: Panel) -> list[Panel]:
+    """The panel of THD below `above`; none where no curve has any."""
+    lines = tuple(_line(item, item.curve.frequency_hz, 100 * item.curve.thd) for item in curves)
+    finite = _finite([line.y for line in lines])
+    if not finite.size:
+        return []
+    span = (0.0, max(1.2 * float(finite.max()), 1.0))
+    look: dict[str, Any] = {'y_label': 'THD, %', 'y_range': span, 'y_step': None, 'height': 0.27}
+    return [replace(above, items=lines, **look)]
+
+
+def _marks(curves: Sequence[Shown]) -> tuple[tuple[str, str], ...]:
+    """What the arrows and the marks of events stand for."""
+    kinds = dict.fromkeys(event.kind for item in curves for event in item.events)
+    ways = dict.fromkeys(item.curve.direction for item in curves)
+    return (
+        *((ARROWS[way], way) for way in ways if way in ARROWS),
+        *((EVENT_MARKS.get(kind, 'square'), event_name(kind)) for kind in kinds),
     )
 
 
