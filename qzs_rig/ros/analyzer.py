@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import time
-from typing import Any
 
+from rclpy.context import Context
 from std_srvs.srv import Trigger
 
 from qzs_rig import wire
@@ -16,6 +16,7 @@ from qzs_rig.prediction.curve import Prediction, from_document
 from qzs_rig.ros import qos
 from qzs_rig.ros.follower import Follower
 from qzs_rig.ros.live import Live
+from qzs_rig.ros.node import Message
 from qzs_rig.ros.process import leave, run
 from qzs_rig.ros.session import DriverSession, Session, driver_sheet
 from qzs_rig.ros.states import FollowerState
@@ -32,8 +33,8 @@ class Analyzer(Follower):
         Parameter('progress', bool, False, '', 'print progress on stdout, one JSON line a time'),
     )
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
+    def __init__(self, context: Context | None = None) -> None:
+        super().__init__(context)
         self._names = ('', '')
         self._from_driver = False
         self._raw: tuple[list[bytes], list[bytes]] = ([], [])
@@ -159,7 +160,7 @@ class Analyzer(Follower):
         self._end_driver()
         super().operator_stop(why)
 
-    def _save(self, request: Any, response: Any) -> Any:
+    def _save(self, request: Message, response: Message) -> Message:
         response.success = self.busy and self._from_driver
         if response.success and self._session:
             response.message = f'kept {self._session.folder}'

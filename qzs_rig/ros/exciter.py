@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from rclpy.context import Context
 
 from qzs_rig import wire
 from qzs_rig.ros.lead import Lead
@@ -20,8 +20,8 @@ class Exciter(Lead):
     # bursts of 5 at 1 kHz: `ros2 topic hz` and sensor-data subscribers keep no more
     tick_s = 0.005
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
+    def __init__(self, context: Context | None = None) -> None:
+        super().__init__(context)
         self._stage: ExciterStage | None = None
 
     @property

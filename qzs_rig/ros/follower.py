@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from functools import partial
-from typing import Any
+
+from rclpy.context import Context
 
 from qzs_rig import wire
 from qzs_rig.errors import PeerError, RigError
@@ -27,8 +28,8 @@ BEFORE_RUN = (*UNREADY, FollowerState.READY)
 class Follower(RigNode):
     """Subclasses give `endpoints`, `armed`, `conclude` and keep `index`, the samples done."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
+    def __init__(self, context: Context | None = None) -> None:
+        super().__init__(context)
         self.state = FollowerState.UNCONFIGURED
         self.sheet: RunSheet | None = None
         self.index = 0

@@ -14,8 +14,8 @@ from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
+from rclpy.context import Context
 from std_srvs.srv import Trigger
 
 from qzs_rig import scenario, wire
@@ -24,7 +24,7 @@ from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.prediction.curve import Prediction, to_document
 from qzs_rig.prediction.predict import predict
 from qzs_rig.ros import parameters, qos
-from qzs_rig.ros.node import REPEAT_S, RigNode
+from qzs_rig.ros.node import REPEAT_S, Message, RigNode
 from qzs_rig.ros.states import FollowerState, FollowerStatus, LeadState, from_wire, stepped
 from qzs_rig.run.sheet import RunSheet, SheetState
 from qzs_rig.wire import Status, Topic
@@ -72,8 +72,8 @@ class Lead(RigNode):
 
     own: tuple[Parameter, ...] = LEAD_PARAMETERS
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
+    def __init__(self, context: Context | None = None) -> None:
+        super().__init__(context)
         self.state = LeadState.UNCONFIGURED
         self.peers: tuple[str, ...] = ()
         self.statuses: dict[str, FollowerStatus] = {}
@@ -311,7 +311,7 @@ class Lead(RigNode):
         self.run.sheet = self.run.sheet.of(samples=self.soft_stop())
         self.get_logger().warning(f'{why}: ramping down')
 
-    def _abort_service(self, request: Any, response: Any) -> Any:
+    def _abort_service(self, request: Message, response: Message) -> Message:
         response.success = self.state is LeadState.RUNNING
         response.message = 'ramping down' if response.success else f'no run is on ({self.state})'
         if response.success:

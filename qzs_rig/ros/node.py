@@ -7,10 +7,11 @@ import math
 import time
 import traceback
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, TypeAlias
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -23,7 +24,9 @@ from qzs_rig.parameters import Parameter
 from qzs_rig.ros import parameters, qos
 from qzs_rig.wire import Topic
 
-Callback = Callable[[Any], object]
+Message: TypeAlias = Any
+"""A message, request, answer or event of rclpy: their classes are generated, or C++."""
+Callback = Callable[[Message], object]
 ANSWER_S = 1.0
 """How long a node that ends stays after its last answer: the news that it has left travels on
 another way, and an answer that comes after it is dropped."""
@@ -51,15 +54,17 @@ class RigNode(LifecycleNode):
     own: tuple[Parameter, ...] = ()
     tick_s = 0.05
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(self.role, automatically_declare_parameters_from_overrides=True, **options)
+    def __init__(self, context: Context | None = None) -> None:
+        super().__init__(
+            self.role, automatically_declare_parameters_from_overrides=True, context=context
+        )
         self.busy = self.active = self.stopped = False
         self.spec = parameters.declare(self, self.sections, self.own)
         parameters.guard(self, self.spec, lambda: self.busy)
         self.exit_code: int | None = None
         self.wake: Callable[[], None] = lambda: None
         self.matched: dict[str, int] = {}
-        self._outlets: dict[str, Publisher[Any]] = {}
+        self._outlets: dict[str, Publisher[Message]] = {}
         self.gone: list[str] = []  # peers that died in a run, in the order of the news
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = self.publisher(wire.DIAGNOSTICS)  # outlives a cleanup
@@ -100,7 +105,7 @@ class RigNode(LifecycleNode):
         """The peers have heard how this node ended."""
         return True
 
-    def answer(self, response: Any) -> Any:
+    def answer(self, response: Message) -> Message:
         """`response` of a service that may end this node; the executor sends it afterwards."""
         self._answered_at = math.inf
         return response
@@ -163,7 +168,7 @@ class RigNode(LifecycleNode):
         self._outlets.clear()
         self._suspects.clear()
 
-    def _held(self) -> dict[Any, Callable[[Any], object]]:
+    def _held(self) -> dict[Message, Callback]:
         return {
             **dict.fromkeys(self.timers, self.destroy_timer),
             **dict.fromkeys(self.subscriptions, self.destroy_subscription),
@@ -232,7 +237,7 @@ class RigNode(LifecycleNode):
 
     # --- endpoints
 
-    def publisher(self, topic: Topic, profile: QoSProfile | None = None) -> Publisher[Any]:
+    def publisher(self, topic: Topic, profile: QoSProfile | None = None) -> Publisher[Message]:
         """A publisher of serialised messages on `topic`; counts its matches in `matched`."""
         self._outlets[topic.name] = publisher = self.create_publisher(
             message_class(topic.type),
@@ -269,14 +274,14 @@ class RigNode(LifecycleNode):
         """
         label = f'a publisher of {topic.name}'
 
-        def liveliness(info: Any) -> None:
+        def liveliness(info: Message) -> None:
             assert lost is not None
             if info.alive_count == 0 and (info.alive_count_change or info.not_alive_count_change):
                 self._suspects[label] = (time.monotonic() + CONFIRM_S, lost)
             elif info.alive_count:
                 self._suspects.pop(label, None)
 
-        def handler(message: Any) -> None:
+        def handler(message: Message) -> None:
             self.attempt(lambda: callback(message))
 
         self.create_subscription(
@@ -299,14 +304,14 @@ class RigNode(LifecycleNode):
         """Those of "a subscriber of TOPIC" and "a publisher of TOPIC" of which there is none."""
         return [label for label in labels if not self.matched.get(label)]
 
-    def _counter(self, label: str) -> Callable[[Any], None]:
-        def count(info: Any) -> None:
+    def _counter(self, label: str) -> Callable[[Message], None]:
+        def count(info: Message) -> None:
             self.matched[label] = info.current_count
 
         return count
 
-    def _misfit(self, topic: str) -> Callable[[Any], None]:
-        def complain(info: Any) -> None:
+    def _misfit(self, topic: str) -> Callable[[Message], None]:
+        def complain(info: Message) -> None:
             self.get_logger().error(qos.misfit(topic, info.last_policy_kind))
 
         return complain
@@ -316,7 +321,7 @@ class RigNode(LifecycleNode):
         self._diagnostics.publish(wire.encode_diagnostics(stamp, self.status()))
 
 
-def message_class(name: str) -> Any:
+def message_class(name: str) -> Message:
     """The generated class of 'package/msg/Type'."""
     package, _, kind = name.split('/')
     return getattr(importlib.import_module(f'{package}.msg'), kind)

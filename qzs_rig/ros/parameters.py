@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
@@ -46,11 +47,11 @@ def declare(node: Node, sections: tuple[str, ...], own: Iterable[Parameter]) -> 
     return spec
 
 
-def guard(node: Node, spec: RunSpec, busy: Any) -> None:
+def guard(node: Node, spec: RunSpec, busy: Callable[[], bool]) -> None:
     """Check every later `ros2 param set` against the declaration; refuse it while `busy()`."""
     table = {parameter.name: parameter for parameter in spec.declared}
 
-    def check(parameters: list[Any]) -> SetParametersResult:
+    def check(parameters: list[RosParameter[Any]]) -> SetParametersResult:
         for parameter in parameters:
             if parameter.name not in table:
                 continue

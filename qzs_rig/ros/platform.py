@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
 import numpy as np
+from rclpy.context import Context
 
 from qzs_rig import wire
 from qzs_rig.errors import GapError
@@ -25,8 +25,8 @@ class Platform(Follower):
     role = 'platform'
     sections = ('platform', 'sensor')
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
+    def __init__(self, context: Context | None = None) -> None:
+        super().__init__(context)
         self._stage: PlatformStage | None = None
         self._joints_at = 0.0
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from rclpy.context import Context
 
 from qzs_rig import wire
 from qzs_rig.bag import BagReader
@@ -41,8 +41,8 @@ class Player(Lead):
     )
     tick_s = 0.01
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
+    def __init__(self, context: Context | None = None) -> None:
+        super().__init__(context)
         self._tracks: tuple[Track, ...] = ()
         self._recording: RunSheet | None = None
 

@@ -10,14 +10,13 @@ import signal
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
 
 # numpy must see these before it loads
 os.environ.setdefault('OMP_NUM_THREADS', '1')
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
@@ -58,7 +57,7 @@ def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
         if node is not None:
             finished = code == 0 and not node.stopped
             leave_within(LEAVE_S[finished], code)
-            if node.exit_code is not None:
+            if executor is not None and node.exit_code is not None:
                 _part(node, executor)
             node.close()
             if rclpy.ok():
@@ -72,7 +71,7 @@ def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
     return code
 
 
-def _spin(node: RigNode, executor: Any, stops: list[int]) -> int:
+def _spin(node: RigNode, executor: Executor, stops: list[int]) -> int:
     """Work until the node is done or a signal came; the exit code."""
     executor.add_node(node)
     node.start()
@@ -86,14 +85,14 @@ def _spin(node: RigNode, executor: Any, stops: list[int]) -> int:
     return node.exit_code or 0
 
 
-def _part(node: RigNode, executor: Any) -> None:
+def _part(node: RigNode, executor: Executor) -> None:
     """Stay until peers and callers have heard how it ended, for some time at most."""
     until = time.monotonic() + PART_S
     while not node.answered() or (not node.parted() and time.monotonic() < until):
         executor.spin_until_future_complete(Future(), timeout_sec=0.01)
 
 
-def _executor() -> Any:
+def _executor() -> Executor:
     """EventsExecutor where this rclpy has one (five times the messages a second), else the default.
 
     MultiThreadedExecutor is no choice: it loses messages at rates a tenth of these.

@@ -6,10 +6,11 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from qzs_rig import wire
 from qzs_rig.errors import InputError
+from qzs_rig.parameters import Value
 
 
 class LeadState(Enum):
@@ -92,7 +93,7 @@ class FollowerStatus:
     message: str = ''
     run_id: str | None = None
     index: int = 0
-    spec: Mapping[str, Any] | None = None
+    spec: Mapping[str, Value] | None = None
     details: Mapping[str, str] = field(default_factory=dict)
 
     def to_wire(self) -> wire.Status:
