@@ -61,7 +61,8 @@ def test_killed(lab, dead):
     sheets, _, imus = read(lab.folder / 'out')
     assert sheets[-1].state == 'aborted'
     for imu, topic in zip(imus, ('base/imu', 'top/imu'), strict=True):
-        assert len(imu.stamps_ns) == run['topics'][topic]['received'] >= 250
+        # the ears had 250; to the analyzer some were under way when the platform died
+        assert len(imu.stamps_ns) == run['topics'][topic]['received'] > 200
         assert run['topics'][topic]['lost'] == 0
 
 
