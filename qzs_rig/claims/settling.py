@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from qzs_rig.claims.verdict import Verdict, judged
+from qzs_rig.claims.verdicts import Verdict, judged
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.batch import Batch

@@ -6,7 +6,7 @@ import math
 from functools import cache
 
 from qzs_rig import scenario
-from qzs_rig.claims.verdict import Verdict, judged
+from qzs_rig.claims.verdicts import Verdict, judged
 from qzs_rig.run import in_process
 from qzs_rig.units import TRANSLATIONS
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from qzs_rig.claims.frequency import K1, PAYLOAD
+from qzs_rig.claims.at_rest import K1, PAYLOAD
 from qzs_rig.claims.settling import AMPLITUDE, OMEGA0, TURN, ZETA
-from qzs_rig.claims.verdict import Verdict, judged
+from qzs_rig.claims.verdicts import Verdict, judged
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response

@@ -8,8 +8,8 @@ import textwrap
 from collections.abc import Mapping
 from typing import Any
 
-from qzs_rig.claims import CLAIMS, told
-from qzs_rig.claims.verdict import Verdict
+from qzs_rig.claims import CLAIMS, verdicts
+from qzs_rig.claims.verdicts import Verdict
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError
@@ -40,10 +40,10 @@ def execute(options: argparse.Namespace) -> int:
             raise InputError(f'claim {name!r} is unknown; known: {", ".join(CLAIMS)}')
     progress = bar(len(names), 'claims', 'claims')
     try:
-        found = told.verdicts({n: CLAIMS[n] for n in names}, lambda _: progress.update(1))
+        found = verdicts.verdicts({n: CLAIMS[n] for n in names}, lambda _: progress.update(1))
     finally:
         progress.close()
-    print(json.dumps(told.document(found), allow_nan=False) if options.json else _text(found))
+    print(json.dumps(verdicts.document(found), allow_nan=False) if options.json else _text(found))
     return 0
 
 
@@ -54,7 +54,7 @@ def _text(found: Mapping[str, Verdict]) -> str:
         lines.append(f'{name}  {verdict.verdict}')
         for label, words in (
             ('claim', verdict.claim),
-            ('found', told.figures(verdict)),
+            ('found', verdicts.figures(verdict)),
             ('how', verdict.how),
         ):
             indent = f'    {label:7}'

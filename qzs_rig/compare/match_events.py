@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from qzs_rig.compare.pairing import Direction, joint, paired_directions
+from qzs_rig.compare.match_curves import Direction, joint, paired_directions
 from qzs_rig.estimation.estimate import Estimate, Event
 from qzs_rig.report.names import dof_name, event_name
 from qzs_rig.report.table import Table, number

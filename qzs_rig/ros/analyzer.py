@@ -15,10 +15,9 @@ from qzs_rig.parameters import Parameter
 from qzs_rig.prediction.curve import Prediction, from_document
 from qzs_rig.ros import qos
 from qzs_rig.ros.follower import Follower
-from qzs_rig.ros.live import Live
 from qzs_rig.ros.node import Message
 from qzs_rig.ros.process import leave, run
-from qzs_rig.ros.session import DriverSession, Session, driver_sheet
+from qzs_rig.ros.session import DriverSession, Live, Session, driver_sheet
 from qzs_rig.ros.states import FollowerState
 from qzs_rig.run.sheet import RunSheet, SheetState
 

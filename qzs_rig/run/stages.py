@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qzs_rig.excitation.drive import Drive
-from qzs_rig.excitation.envelope import fade_out, shaped
+from qzs_rig.excitation.drive import Drive, fade_out, shaped
 from qzs_rig.excitation.shaker import refuse_beyond_limits
 from qzs_rig.mechanics.geometric.coupled_integrator import CoupledIntegrator
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from qzs_rig.claims import CLAIMS, STATIC
-from qzs_rig.claims.told import document, table, verdicts
+from qzs_rig.claims.verdicts import document, table, verdicts
 
 A, K3, L1, HALF = 1.1, 0.1, math.sqrt(0.75), 0.5
 

@@ -1,12 +1,27 @@
-"""The verdicts as a table and as a document."""
+"""What checks of claims say: a verdict each, performed, as a table and as a document."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
-from qzs_rig.claims.verdict import Verdict
 from qzs_rig.report.table import Table
+
+REPRODUCED, NOT_REPRODUCED, CANNOT_TELL = 'reproduced', 'not reproduced', 'cannot tell'
+
+
+class Verdict(NamedTuple):
+    """One claim of the paper, checked; `figures` are numbers this check computed."""
+
+    claim: str
+    verdict: str
+    figures: dict[str, float]
+    how: str
+
+
+def judged(holds: bool) -> str:
+    """The verdict of a check that can tell."""
+    return REPRODUCED if holds else NOT_REPRODUCED
 
 
 def verdicts(
