@@ -14,7 +14,7 @@ def files(folder):
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version='0.2.0',
     description='Virtual test rig for a quasi-zero-stiffness vibration isolation platform',
     license='Apache-2.0',
     maintainer='qzs_rig developers',

@@ -21,6 +21,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from qzs_rig import scenario
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring.polynomial import polynomial
 from qzs_rig.theory.balance.response import Branch, frequency_response, least_branch
@@ -56,6 +57,9 @@ CURVES = {
     ),
     'corrected horizontal, H 0.1': (
         oscillator('corrected', 'horizontal', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
+    ),
+    'default of qzs-rig frf': (
+        Oscillator.of(scenario.of({}), 'vertical', 0.1 / 0.6, 0), 0.02, 3,  # 0.1 m over L20
     ),
 }  # fmt: skip
 

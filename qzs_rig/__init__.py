@@ -1,3 +1,3 @@
 """A virtual test rig for a quasi-zero-stiffness vibration isolation platform."""
 
-__version__ = '0.1.0'
+__version__ = '0.2.0'

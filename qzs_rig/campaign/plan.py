@@ -185,15 +185,6 @@ def _sample(
     return Grid(axes)
 
 
-def _without(fixed: RunSpec, sample: Sample) -> RunSpec:
-    """`fixed` without what varies: neither fingerprint nor metadata shall tell it twice."""
-    varied = {axis.parameter.name for axis in sample.axes}
-    twice = varied & set(fixed.given)
-    if twice:
-        raise InputError(f'{sorted(twice)[0]} is fixed and varied; keep it in base or in vary')
-    return fixed
-
-
 def _check(plan: Plan) -> None:
     if plan.points > MOST_POINTS:
         raise InputError(
