@@ -16,7 +16,7 @@ from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.predict import predict
 from qzs_rig.report.names import dof_name
 from qzs_rig.report.page import Part, footer, header
-from qzs_rig.report.response_sheet import branch_curves
+from qzs_rig.report.response_page import branch_curves
 from qzs_rig.report.run_page import write_picture, write_report
 from qzs_rig.report.sheet import Curve, Panel, Sheet, hue
 from qzs_rig.report.write import KINDS, drawable, pictures, write_page

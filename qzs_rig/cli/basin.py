@@ -10,7 +10,7 @@ import numpy as np
 
 from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating
-from qzs_rig.cli.progress import bar
+from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError, RigError
 from qzs_rig.files import finite_or_none, number_or_none
 from qzs_rig.report.names import dof_name

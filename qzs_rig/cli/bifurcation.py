@@ -11,7 +11,7 @@ import numpy as np
 
 from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating
-from qzs_rig.cli.progress import bar
+from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
 from qzs_rig.files import finite_or_none
 from qzs_rig.parameters import RunSpec

@@ -21,7 +21,7 @@ from qzs_rig.campaign.summary import summary
 from qzs_rig.campaign.tasks import TASKS
 from qzs_rig.campaign.threads import AHEAD, Threads
 from qzs_rig.cli import options as shared
-from qzs_rig.cli.progress import bar
+from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError, RunAbortedError
 from qzs_rig.files import rewrite
 from qzs_rig.report.still import still

@@ -11,7 +11,7 @@ from typing import Any
 from qzs_rig.claims import CLAIMS, verdicts
 from qzs_rig.claims.verdicts import Verdict
 from qzs_rig.cli import options as shared
-from qzs_rig.cli.progress import bar
+from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
 
 WIDTH = 100

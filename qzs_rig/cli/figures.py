@@ -8,7 +8,7 @@ from typing import Any
 
 from qzs_rig.claims.figures import FIGURES
 from qzs_rig.cli import options as shared
-from qzs_rig.cli.progress import bar
+from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
 from qzs_rig.files import refuse_existing
 

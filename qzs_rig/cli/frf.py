@@ -10,7 +10,7 @@ from typing import Any
 
 from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating
-from qzs_rig.cli.progress import bar
+from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.parameters import RunSpec

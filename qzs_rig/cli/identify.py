@@ -9,7 +9,7 @@ from typing import Any
 
 from qzs_rig import files, scenario
 from qzs_rig.cli import options as shared
-from qzs_rig.cli.progress import bar
+from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
 from qzs_rig.identification import csv_table, curves, jumps, jumps_told, told
 from qzs_rig.identification.fit_sheet import fit_sheet

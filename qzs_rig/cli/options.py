@@ -8,7 +8,23 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
 from qzs_rig.scenario import DEFAULT
+
+
+def bar(total: float, unit: str, text: str) -> Any:
+    """A bar that shows nothing where stderr is no terminal."""
+    return tqdm(
+        total=total,
+        unit=unit,
+        desc=text,
+        disable=None,
+        leave=False,
+        mininterval=0.1,
+        bar_format='{desc} {percentage:3.0f}% |{bar}| {n:.1f}/{total:.1f} {unit} '
+        '[{elapsed}<{remaining}{postfix}]',
+    )
 
 
 def scenario(command: argparse.ArgumentParser) -> None:

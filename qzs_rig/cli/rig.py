@@ -12,8 +12,8 @@ from typing import Any
 from qzs_rig import files, scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.nodes import Nodes, environment, need_ros
+from qzs_rig.cli.options import bar
 from qzs_rig.cli.outcome import caution, present
-from qzs_rig.cli.progress import bar
 from qzs_rig.errors import InputError, RunAbortedError
 from qzs_rig.estimation.estimate import from_json
 from qzs_rig.estimation.settings import TrackedSineSettings

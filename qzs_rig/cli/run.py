@@ -12,8 +12,8 @@ from typing import Any
 
 from qzs_rig import files, scenario, wire
 from qzs_rig.cli import options as shared
+from qzs_rig.cli.options import bar
 from qzs_rig.cli.outcome import caution, present
-from qzs_rig.cli.progress import bar
 from qzs_rig.errors import RigError, RunAbortedError
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.predict import predict

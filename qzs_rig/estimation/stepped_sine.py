@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.estimation.directions import monotone_runs
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.estimation.events import find_events
 from qzs_rig.estimation.plateaus import Plateau, plateau_bounds, settle
 from qzs_rig.estimation.settings import TrackedSineSettings
-from qzs_rig.estimation.track import Track
+from qzs_rig.estimation.track import Track, monotone_runs
 from qzs_rig.estimation.tracked_sine import TrackedSine, unsettled_report
 from qzs_rig.estimation.tracker import Point
 from qzs_rig.samples import Array

@@ -9,13 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from qzs_rig.estimation.directions import sweep_runs
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.estimation.events import find_events
 from qzs_rig.estimation.plateaus import settle
 from qzs_rig.estimation.settings import TrackedSineSettings
 from qzs_rig.estimation.sine_fit import SineFitter
-from qzs_rig.estimation.track import Track, track_of, unrest
+from qzs_rig.estimation.track import Track, sweep_runs, track_of, unrest
 from qzs_rig.estimation.tracker import Point, SampleBuffer, Tracker, search_lengths
 from qzs_rig.samples import NS, Array
 from qzs_rig.units import DOFS

@@ -8,7 +8,7 @@ from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.plant import plant
 from qzs_rig.identification.residuals import Set
 from qzs_rig.report.names import direction_name, dof_name
-from qzs_rig.report.response_sheet import branch_curves
+from qzs_rig.report.response_page import branch_curves
 from qzs_rig.report.sheet import QUIET, Curve, Item, Panel, Points, Sheet
 from qzs_rig.report.transmissibility import ARROWS, FREQUENCY, MAGNITUDE, PHASE, hue
 from qzs_rig.samples import Array

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.report.response_page import Answer, path_document
-from qzs_rig.report.response_sheet import branch_curves
+from qzs_rig.report.response_page import Answer, branch_curves, path_document
 from qzs_rig.report.sheet import Curve, Panel, Sheet, hue
 from qzs_rig.report.table import Table
 from qzs_rig.theory.balance.backbone import backbone, phase_resonance

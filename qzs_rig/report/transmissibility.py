@@ -13,7 +13,6 @@ from qzs_rig.estimation.estimate import EVENT_KINDS, Curve, Estimate, Event
 from qzs_rig.prediction.curve import Fold, Prediction
 from qzs_rig.prediction.labels import NEAR, NONE, label
 from qzs_rig.report import sheet
-from qzs_rig.report.lines import STROKES, broken, joined, stretches
 from qzs_rig.report.names import (
     direction_name,
     direction_order,
@@ -21,7 +20,17 @@ from qzs_rig.report.names import (
     dof_order,
     event_name,
 )
-from qzs_rig.report.sheet import Band, Item, Panel, Points, Sheet
+from qzs_rig.report.sheet import (
+    STROKE_OF,
+    Band,
+    Item,
+    Panel,
+    Points,
+    Sheet,
+    broken,
+    joined,
+    stretches,
+)
 from qzs_rig.report.table import number
 from qzs_rig.samples import Array
 
@@ -211,7 +220,7 @@ def _branches(theory: Prediction, what: str, colour: str) -> Iterator[Item]:
     for stable, found in pieces.items():
         if found:
             name = theory.label if stable else f'{theory.label}, unstable'
-            yield sheet.Curve(name, *joined(found), colour, STROKES[stable], 0.9)
+            yield sheet.Curve(name, *joined(found), colour, STROKE_OF[stable], 0.9)
 
 
 def _folds(theory: Prediction, colour: str) -> Iterator[Item]:

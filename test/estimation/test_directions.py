@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from qzs_rig.estimation.directions import monotone_runs, sweep_runs
+from qzs_rig.estimation.track import monotone_runs, sweep_runs
 
 
 def triangle(points, turns):
