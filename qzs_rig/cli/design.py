@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig import scenario
-from qzs_rig.advisor import told, trial
-from qzs_rig.advisor.proposal import propose
-from qzs_rig.advisor.warn import Case, warnings
-from qzs_rig.advisor.wish import Wish
 from qzs_rig.cli import options as shared
+from qzs_rig.design import tables
+from qzs_rig.design.check import Case, warnings
+from qzs_rig.design.proposal import Wish, propose, trial_text
 from qzs_rig.errors import InputError
 from qzs_rig.files import refuse_existing, write_new
 from qzs_rig.report.table import Table
@@ -75,10 +74,10 @@ def _propose(options: argparse.Namespace) -> int:
         refuse_existing(options.yaml)
     proposal = propose(_wish(options))
     case = Case.proposed(proposal)
-    document = told.document(case, proposal)
-    text = _text([told.proposal_table(proposal), *told.tables(case)], document['warnings'])
+    document = tables.document(case, proposal)
+    text = _text([tables.proposal_table(proposal), *tables.tables(case)], document['warnings'])
     if options.yaml is not None:
-        write_new(options.yaml, trial.text(proposal).encode())
+        write_new(options.yaml, trial_text(proposal).encode())
         document['yaml'] = str(options.yaml)
         text += f'\n\nwrote    {options.yaml}; try it: qzs-rig run {options.yaml}'
     shared.show(options, document, text)
@@ -96,7 +95,7 @@ def _check(options: argparse.Namespace) -> int:
         raise InputError(f'--stroke {options.stroke:g} must be a number above 0')
     case = Case.of_spec(scenario.load(options.check, options.assignments), options.stroke)
     said = warnings(case)
-    shared.show(options, told.document(case), _text(told.tables(case), said))
+    shared.show(options, tables.document(case), _text(tables.tables(case), said))
     return 0
 
 

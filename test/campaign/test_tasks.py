@@ -10,11 +10,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from qzs_rig import scenario
-from qzs_rig.advisor.proposal import propose
-from qzs_rig.advisor.wish import Wish
 from qzs_rig.campaign import plan, work
 from qzs_rig.campaign.tasks import TASKS, frf
 from qzs_rig.campaign.tasks.frf import NoMotionError
+from qzs_rig.design.proposal import Wish, propose
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING

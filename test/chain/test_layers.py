@@ -23,7 +23,7 @@ LAYERS = (
     {'run', 'loopback'},
     {'report', 'ros'},
     {'compare', 'claims'},
-    {'advisor', 'identification'},
+    {'design', 'identification'},
     {'campaign'},
     {'cli'},
 )

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from qzs_rig.advisor.proposal import propose
-from qzs_rig.advisor.wish import HELD, Wish
 from qzs_rig.campaign.part import Part, row_by_row
 from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.task import Output, Task
+from qzs_rig.design.proposal import Wish, propose
+from qzs_rig.excitation import QUANTITIES
 from qzs_rig.parameters import Parameter, RunSpec
 
 
@@ -24,7 +24,7 @@ INPUTS = (
     _wish('level', None, 'm/s² or m', 'amplitude of the base, in the unit of held'),
     _wish('zeta', 0.1, '', 'damping ratio'),
     Parameter(
-        'held', str, 'acceleration', '', 'what the base holds over frequency', choices=tuple(HELD)
+        'held', str, 'acceleration', '', 'what the base holds over frequency', choices=QUANTITIES
     ),
 )
 SPRINGS = ('k1', 'k2', 'k3')

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from qzs_rig.advisor.proposal import Proposal
-from qzs_rig.advisor.warn import QUASI_ZERO, Case, warnings
+from qzs_rig.design.check import QUASI_ZERO, Case, warnings
+from qzs_rig.design.proposal import Proposal
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.report.table import MISSING, Table, number
@@ -20,9 +21,8 @@ def proposal_table(p: Proposal) -> Table:
         (name, f'{getattr(p, name):.5g}', unit, p.why[name]) for name, unit in UNITS.items()
     )
     wish = p.wish
-    level = f'{wish.level:g} {"m/s²" if wish.held == "acceleration" else "m"}'
     caption = (
-        f'Platform for {wish.mass:g} kg, onset {wish.onset:g} Hz at {level}, '
+        f'Platform for {wish.mass:g} kg, onset {wish.onset:g} Hz at {wish.level_text}, '
         f'stroke {wish.stroke:g} m, zeta {wish.zeta:g}'
     )
     return Table(caption, ('', 'is', 'unit', 'why'), rows, labels=4)
@@ -56,7 +56,7 @@ def _motion(case: Case) -> list[Table]:
     if r is None or m is None:
         return []
     rows = [
-        ('omega0/(2 pi), Hz', f'{m.omega0 / 6.283185307179586:.4g}'),
+        ('omega0/(2 pi), Hz', f'{m.omega0 / (2 * math.pi):.4g}'),
         ('zeta', f'{m.zeta:.4g}'),
         ('onset: T < 1 above, Hz', number(r.onset)),
         ('the same at vanishing level (E20), Hz', number(m.settled)),

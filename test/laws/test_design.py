@@ -1,4 +1,4 @@
-"""The design advisor: (16), (19), load, a simulated sweep, warnings and refusals."""
+"""Proposed platforms: (16), (19), load, a simulated sweep, warnings and refusals."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from functools import lru_cache
 import pytest
 
 from qzs_rig import scenario
-from qzs_rig.advisor.proposal import REACH, propose
-from qzs_rig.advisor.trial import text, trial
-from qzs_rig.advisor.warn import WARNINGS, Case, warnings
-from qzs_rig.advisor.wish import Wish
+from qzs_rig.design.check import WARNINGS, Case, warnings
+from qzs_rig.design.proposal import REACH, Wish, propose, trial, trial_text
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import read_yaml
@@ -93,8 +91,8 @@ def test_same_wish_same_bits_within_two_seconds():
 
 def test_scenario_file_holds_the_proposal(tmp_path):
     p = proposed(PLAIN)
-    path = tmp_path / 'advice.yaml'
-    path.write_text(text(p), encoding='utf-8')
+    path = tmp_path / 'proposal.yaml'
+    path.write_text(trial_text(p), encoding='utf-8')
     spec = scenario.of(read_yaml(path))
     assert dict(spec) == dict(trial(p))
     platform = Platform.from_spec(spec)

@@ -7,16 +7,21 @@ else is a ratio: a, k3_hat, L0_hat and, by (16), A.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable
-from functools import lru_cache
-from typing import NamedTuple
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
 
-from qzs_rig.advisor.response import Motion
-from qzs_rig.advisor.wish import Wish
+import numpy as np
+
+from qzs_rig import scenario
+from qzs_rig.design.vertical_motion import Motion
 from qzs_rig.errors import InputError
+from qzs_rig.excitation import QUANTITIES
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.statics import suspension_for
+from qzs_rig.parameters import RunSpec
 from qzs_rig.units import GRAVITY
 
 HALF_SPAN = 0.5
@@ -34,6 +39,53 @@ SETTLED = 0.5
 """Onset at vanishing level over the wanted one, at most (erratum E20)."""
 ROOM = 5.0
 """Longest suspension spring worth proposing, m."""
+BELOW, ABOVE = 0.4, 2.5
+"""Band over the onset."""
+PERIODS = 100.0
+"""Periods of the onset frequency an octave."""
+OCTAVES = 2.65
+"""log2(ABOVE/BELOW)."""
+SAMPLES = 125.0
+"""A period of the highest frequency."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """Payload (kg), onset (Hz) above which T < 1, stroke (m, relative motion to either side that
+    the platform may use), amplitude of the base in the unit of `held`, damping ratio."""
+
+    mass: float
+    onset: float
+    stroke: float
+    level: float
+    held: str = 'acceleration'
+    zeta: float = 0.1
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            name = self.held if item.name == 'level' and self.held == 'displacement' else item.name
+            if item.name != 'held' and not (value > 0.0 and math.isfinite(value)):
+                raise InputError(f'--{name} {value:g} must be a number above 0')
+        if not self.zeta <= 1.0:
+            raise InputError(
+                f'--zeta {self.zeta:g} is beyond critical damping, where nothing isolates; '
+                'give 1 or less'
+            )
+        if self.held not in QUANTITIES:
+            raise InputError(f'held is {self.held!r}; known: {", ".join(QUANTITIES)}')
+        if self.held == 'displacement' and not self.stroke > self.level:
+            raise InputError(
+                f'--stroke {self.stroke:g} m is no more than --displacement {self.level:g} m, yet '
+                'an isolated plate stands still and moves against the base by all of it; '
+                'allow more --stroke'
+            )
+
+    @property
+    def level_text(self) -> str:
+        """The amplitude of the base with its unit."""
+        units = dict(zip(QUANTITIES, ('m', 'm/s', 'm/s²'), strict=True))
+        return f'{self.level:g} {units[self.held]}'
 
 
 class Proposal(NamedTuple):
@@ -68,7 +120,7 @@ def propose(wish: Wish) -> Proposal:
     L20 = spring_length(wish, design)
     if L20 > ROOM:
         raise InputError(
-            f'--onset {wish.onset:g} Hz at {_level(wish)} and --stroke {wish.stroke:g} m takes '
+            f'--onset {wish.onset:g} Hz at {wish.level_text} and --stroke {wish.stroke:g} m takes '
             f'suspension springs {L20:.3g} m long, beyond {ROOM:g} m; raise --onset or --zeta, or '
             'lower the level or the stroke'
         )
@@ -92,7 +144,6 @@ def motion(wish: Wish, design: Design, L20: float) -> Motion:
     return Motion(0.0, c3, wish.zeta, omega0, L20, wish.level, wish.held, c2)
 
 
-@lru_cache(maxsize=64)
 def spring_length(wish: Wish, design: Design) -> float:
     """The least L20 that has the onset, the stroke and, for a displacement, the level margin."""
     return max(_for_onset(wish, design), wish.stroke / REACH)
@@ -117,54 +168,43 @@ def _for_onset(wish: Wish, design: Design) -> float:
     if not late(short):
         return short
     long = 2.0 * short  # at sqrt(2) below the critical amplitude T is below 1 everywhere
-    return _bisect(late, short, long)[1]
+    return _change(late, short, long)[1]
 
 
 def _largest_leaf(wish: Wish) -> float:
+    def with_leaf(k3: float) -> Motion:
+        design = ratios(k3)
+        return motion(wish, design, spring_length(wish, design))
+
     def fits(k3: float) -> bool:
-        return settled(wish, k3) <= SETTLED * wish.onset and relative(wish, k3) <= wish.stroke
+        case = with_leaf(k3)
+        return case.settled <= SETTLED * wish.onset and case.relative <= wish.stroke
 
     low, high = LEAF
     if fits(high):
         return high
-    if settled(wish, low) > SETTLED * wish.onset:
+    least = with_leaf(low)
+    if least.settled > SETTLED * wish.onset:
         raise InputError(
             f'--onset {wish.onset:g} Hz is too low for so small a platform: at vanishing level '
-            f'it isolates from {settled(wish, low):.3g} Hz, and that shall be half of the onset; '
+            f'it isolates from {least.settled:.3g} Hz, and that shall be half of the onset; '
             'raise --onset, or allow more --stroke for longer springs'
         )
-    if not fits(low):
+    if least.relative > wish.stroke:
         raise InputError(
             f'--stroke {wish.stroke:g} m is too short: with --onset {wish.onset:g} Hz and --zeta '
-            f'{wish.zeta:g} the plate swings {relative(wish, low):.3g} m at {_level(wish)}; '
+            f'{wish.zeta:g} the plate swings {least.relative:.3g} m at {wish.level_text}; '
             'allow more --stroke, raise --onset or --zeta, or lower the level'
         )
-    return _bisect(fits, low, high)[0]
+    return _change(fits, low, high)[0]
 
 
-def settled(wish: Wish, k3: float) -> float:
-    """Onset at vanishing level (Hz) of the platform with this k3_hat; it rises with k3_hat."""
-    design = ratios(k3)
-    return motion(wish, design, spring_length(wish, design)).settled
-
-
-def relative(wish: Wish, k3: float) -> float:
-    """Largest relative motion of the platform with this k3_hat, m."""
-    design = ratios(k3)
-    case = motion(wish, design, spring_length(wish, design))
-    return case.relative_hat(case.omega_onset or 0.0) * case.length
-
-
-def _bisect(holds: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
-    """The two sides of where `holds`, true at low and false at high, changes."""
-    for _ in range(18):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low, high
-
-
-def _level(wish: Wish) -> str:
-    return f'{wish.level:g} {"m/s²" if wish.held == "acceleration" else "m"}'
+def _change(holds: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
+    """The last of the values from `low` to `high` for which `holds` is true, and the next, for
+    which it is false: neighbours 2^-18 of the range apart."""
+    values = np.linspace(low, high, 2**18 + 1)
+    k = bisect_left(values, True, lo=1, hi=2**18, key=lambda value: not holds(float(value)))
+    return float(values[k - 1]), float(values[k])
 
 
 def _why(wish: Wish, design: Design, L20: float) -> dict[str, str]:
@@ -180,3 +220,43 @@ def _why(wish: Wish, design: Design, L20: float) -> dict[str, str]:
         'k3': f'm g/L1; k3_hat = {design.k3:.4g} is the largest whose swing at this '
         'level fits the stroke and whose onset at vanishing level (E20) is half of the wanted',
     }
+
+
+def trial(p: Proposal) -> RunSpec:
+    """A logarithmic sweep there and back at the level of the wish, with an ideal sensor.
+
+    The band is around the onset that theory gives, or the wanted one where T < 1 throughout.
+    A shaker that starts at 1 Hz has its limit moved down to the band.
+    """
+    onset = p.motion.response().onset or p.wish.onset
+    low, high = BELOW * onset, ABOVE * onset
+    values: dict[str, Any] = {
+        'run.rate': float(round(SAMPLES * high)) or 1.0,
+        'excitation.kind': 'sweep',
+        'excitation.direction': 'there_and_back',
+        'excitation.spacing': 'log',
+        'excitation.frequency_low': low,
+        'excitation.frequency_high': high,
+        'excitation.duration': 2.0 * OCTAVES * PERIODS / onset,
+        'excitation.ramp': 6.0 / low,
+        'excitation.quantity': p.wish.held,
+        'excitation.amplitude.vertical': p.wish.level,
+        'platform.law': 'corrected',
+        **{f'platform.{name}': getattr(p, name) for name in ('k1', 'k2', 'k3', 'L1', 'L20', 'L0')},
+        'platform.m': p.wish.mass,
+        'platform.zeta': p.wish.zeta,
+        'sensor.kind': 'ideal',
+    }
+    if low < 1.0:
+        values['shaker.frequency_low'] = low
+    return scenario.of(values)
+
+
+def trial_text(p: Proposal) -> str:
+    """The scenario file: what it is for, then the parameters."""
+    wish = p.wish
+    head = (
+        f'# Proposed by qzs-rig design: {wish.mass:g} kg, onset {wish.onset:g} Hz or below at '
+        f'{wish.level_text}, stroke {wish.stroke:g} m, zeta {wish.zeta:g}.\n'
+    )
+    return head + trial(p).to_yaml()

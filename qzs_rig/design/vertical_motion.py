@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from qzs_rig.advisor.wish import HELD
+from qzs_rig.excitation import QUANTITIES
 from qzs_rig.samples import Array
 from qzs_rig.theory.single_term import SingleTerm, folds, onset_omega, peak, single_term
 
@@ -61,8 +62,17 @@ class Motion:
 
     @property
     def amplitude_hat(self) -> float:
-        """Base displacement over length at omega0; it falls as Omega^-HELD[held]."""
-        return self.level / self.omega0 ** HELD[self.held] / self.length
+        """Base displacement over length at omega0; it falls as Omega^-falloff."""
+        return self.level / self.omega0**self.falloff / self.length
+
+    @property
+    def falloff(self) -> int:
+        """The power of frequency by which the base displacement falls: 0, 1 or 2."""
+        return QUANTITIES.index(self.held)
+
+    @property
+    def _law(self) -> tuple[float, float, float, float, int]:
+        return self.c1, self.c3, self.zeta, self.amplitude_hat, self.falloff
 
     @property
     def critical_hat(self) -> float | None:
@@ -78,14 +88,13 @@ class Motion:
         critical = self.critical_hat
         return self.zeta == 0.0 or (critical is not None and self.amplitude_hat >= critical)
 
-    @property
+    @cached_property
     def omega_onset(self) -> float | None:
         """Onset over omega0, as `Response.onset`."""
         if self.unbounded:
             return None
-        law = (self.c1, self.c3, self.zeta, self.amplitude_hat, HELD[self.held])
-        crossing = onset_omega(*law) or 0.0
-        edges = folds(*law)
+        crossing = onset_omega(*self._law) or 0.0
+        edges = folds(*self._law)
         if not edges.size:
             return crossing
         below, above = (self._highest(edges * (1.0 + side)) for side in (-1e-9, 1e-9))
@@ -98,8 +107,7 @@ class Motion:
         if onset is None:
             return Response(None, None, None, None, None, None)
         to_hz = self.omega0 / (2.0 * math.pi)
-        law = (self.c1, self.c3, self.zeta, self.amplitude_hat, HELD[self.held])
-        top, edges = peak(*law), folds(*law) * to_hz
+        top, edges = peak(*self._law), folds(*self._law) * to_hz
         # a hardening law jumps up at the lower fold and down at the upper one
         up, down = (float(edges[0]), float(edges[-1])) if edges.size > 1 else (None, None)
         return Response(
@@ -108,23 +116,23 @@ class Motion:
             top.T if top else None,
             up,
             down,
-            self.relative_hat(onset) * self.length,
+            self.relative,
         )
 
-    def relative_hat(self, onset: float) -> float:
-        """Largest stable relative amplitude over length, LOWEST to HIGHEST times the onset; where
-        there is none, around the resonance that the level would have."""
-        centre = onset or 2.0 * self.zeta
+    @property
+    def relative(self) -> float:
+        """Largest stable relative amplitude (m), LOWEST to HIGHEST times the onset; where there is
+        none, around the resonance that the level would have."""
+        centre = self.omega_onset or 2.0 * self.zeta
         omega = np.geomspace(LOWEST * centre, HIGHEST * centre, POINTS)
-        law = (self.c1, self.c3, self.zeta, self.amplitude_hat, HELD[self.held])
-        edges = folds(*law)
+        edges = folds(*self._law)
         omega = np.concatenate([omega, edges * (1.0 - 1e-9), edges * (1.0 + 1e-9)])
         answer = self._answer(omega)
-        return float(np.max(np.where(answer.stable, answer.W, 0.0)))
+        return float(np.max(np.where(answer.stable, answer.W, 0.0))) * self.length
 
     def _answer(self, omega: Array) -> SingleTerm:
         return single_term(
-            self.c1, self.c3, self.zeta, self.amplitude_hat * omega ** -HELD[self.held], omega
+            self.c1, self.c3, self.zeta, self.amplitude_hat * omega**-self.falloff, omega
         )
 
     def _highest(self, omega: Array) -> Array:
