@@ -9,6 +9,10 @@ horizontal is +x, vertical_rotation turns about +z (yaw), horizontal_rotation ab
 TRANSLATIONS = DOFS[:2]
 ROTATIONS = DOFS[2:]
 
+QUANTITIES = ('displacement', 'velocity', 'acceleration')
+"""What a base may hold constant over frequency; the index is the order of the time derivative, so
+the amplitude of the displacement falls as frequency to the power of -index."""
+
 
 def displacement_unit(dof: str) -> str:
     """`m` for a translation, `rad` for a rotation."""

@@ -13,6 +13,7 @@ from qzs_rig.cli import oscillating
 from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.geometric.geometry import Geometry
+from qzs_rig.mechanics.platform import coupled
 from qzs_rig.parameters import RunSpec
 from qzs_rig.report import resonance, response_page
 from qzs_rig.theory.balance.harmonic_balance import VARIED
@@ -150,11 +151,6 @@ def _response(
         isolas=not options.no_isolas,
         progress=tell,
     )
-
-
-def coupled(spec: RunSpec) -> bool:
-    """Do all six degrees of freedom move?"""
-    return spec.text('platform.law') == 'geometric' and spec.flag('platform.coupled')
 
 
 def spec_of(options: argparse.Namespace) -> RunSpec:

@@ -8,16 +8,13 @@ from collections.abc import Callable
 from qzs_rig.excitation import sine, stepped_sine, sweep
 from qzs_rig.excitation.segments import Segment
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.units import DOFS, TRANSLATIONS
+from qzs_rig.units import DOFS, QUANTITIES, TRANSLATIONS
 
 EXCITATIONS: dict[str, Callable[[RunSpec], tuple[Segment, ...]]] = {
     'sine': sine.plan,
     'stepped_sine': stepped_sine.plan,
     'sweep': sweep.plan,
 }
-
-QUANTITIES = ('displacement', 'velocity', 'acceleration')
-"""What is held constant over frequency; the index is the order of the time derivative."""
 
 PARAMETERS = (
     Parameter(

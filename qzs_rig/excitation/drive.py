@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.excitation import EXCITATIONS, QUANTITIES
+from qzs_rig.excitation import EXCITATIONS
 from qzs_rig.excitation.segments import Cycles, Dwell, Segment
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import NS, Array
-from qzs_rig.units import DOFS
+from qzs_rig.units import DOFS, QUANTITIES
 
 Wave = tuple[Array, Array, Array]
 """A function of time with its first and second derivative, each (n,) or (n, c)."""

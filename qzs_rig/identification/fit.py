@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from qzs_rig.errors import InputError
 from qzs_rig.identification.lag import swept_over_steady
 from qzs_rig.identification.least_squares import TOLERANCE, Trial, minimise
-from qzs_rig.identification.plant import plant
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.residuals import Set, State, evaluate, noise_of, quadratic, usual
 from qzs_rig.identification.response import Response, ends_near, nearest
 from qzs_rig.identification.start import ROUGH, elsewhere, starts
 from qzs_rig.identification.unknowns import Unknowns
 from qzs_rig.samples import Array
+from qzs_rig.theory.oscillator import Oscillator
 
 HARMONICS = 7
 ROUNDS = 8
@@ -146,7 +146,9 @@ def _responses(
     unknowns: Unknowns, parts: Sequence[Points], values: Array, harmonics: int
 ) -> tuple[Response, ...]:
     spec = unknowns.applied(values)
-    return tuple(nearest(plant(spec, points.dof), points, harmonics) for points in parts)
+    return tuple(
+        nearest(Oscillator.driven(spec, points.dof), points, harmonics) for points in parts
+    )
 
 
 def _set(points: Points, response: Response, noise: tuple[float, float], strict: bool) -> Set:
@@ -155,8 +157,8 @@ def _set(points: Points, response: Response, noise: tuple[float, float], strict:
     lag = np.ones(len(points), dtype=np.complex128)
     if points.chirp.any():
         there, good = response.plant, response.good
-        motion = (response.omega[good], there.rate(points.chirp[good]), response.x[good])
-        lag[good] = swept_over_steady(there, *motion)
+        rate = there.omega(points.chirp[good]) / there.omega0
+        lag[good] = swept_over_steady(there, response.omega[good], rate, response.x[good])
         fast = ~(np.abs(lag - 1.0) < LARGEST_LAG)
         why[fast], lag[fast] = FAST, 1.0
     why[ends_near(response, points.frequency_hz)] = FOLD

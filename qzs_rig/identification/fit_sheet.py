@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from qzs_rig.identification.identify import Identified
-from qzs_rig.identification.plant import plant
 from qzs_rig.identification.residuals import Set
 from qzs_rig.report.names import direction_name, dof_name
 from qzs_rig.report.response_page import branch_curves
@@ -13,6 +12,7 @@ from qzs_rig.report.sheet import QUIET, Curve, Item, Panel, Points, Sheet
 from qzs_rig.report.transmissibility import ARROWS, FREQUENCY, MAGNITUDE, PHASE, hue
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
+from qzs_rig.theory.oscillator import Oscillator
 
 MARGIN = 1.05
 """Branches are drawn a little beyond the measured band."""
@@ -70,8 +70,8 @@ def _fitted(answer: FrequencyResponse, what: str, scale: float) -> list[Curve]:
 
 def _response(found: Identified, item: Set) -> tuple[FrequencyResponse, float]:
     """All branches over the measured band, and what turns Ω into Hz."""
-    there = plant(found.spec, item.points.dof)
+    there = Oscillator.driven(found.spec, item.points.dof)
     omega = there.omega(item.points.frequency_hz)
     low, high = float(omega.min()) / MARGIN, float(omega.max()) * MARGIN
-    answer = frequency_response(there.oscillator, low, high, isolas=False)
-    return answer, there.omega0 / (2 * np.pi)
+    answer = frequency_response(there, low, high, isolas=False)
+    return answer, there.hertz

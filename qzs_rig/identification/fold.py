@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from qzs_rig.identification.plant import Plant
 from qzs_rig.samples import Array
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.oscillator import Oscillator
 
 NEWTON = 12
 TOLERANCE = 1e-11
@@ -28,9 +29,9 @@ class Fold:
     x: Array
 
 
-def fold_near(there: Plant, guess: Fold) -> Fold | None:
+def fold_near(there: Oscillator, guess: Fold) -> Fold | None:
     """The fold that Newton finds from `guess`; None where it finds none near by."""
-    n, balance = len(guess.x), there.balance(len(guess.x) // 2)
+    n, balance = len(guess.x), HarmonicBalance(there, len(guess.x) // 2)
     U, _, Vt = np.linalg.svd(balance.jacobian(guess.x, guess.omega))
     y = np.append(guess.x, guess.omega)
     bordered = np.zeros((n + 2, n + 1, n + 1))
@@ -56,7 +57,7 @@ def fold_near(there: Plant, guess: Fold) -> Fold | None:
     return None
 
 
-def left_null(there: Plant, fold: Fold) -> Array:
+def left_null(there: Oscillator, fold: Fold) -> Array:
     """The vector ψ (2H + 1,) with ψᵀ J = 0 at `fold`."""
-    jacobian = there.balance(len(fold.x) // 2).jacobian(fold.x, fold.omega)
+    jacobian = HarmonicBalance(there, len(fold.x) // 2).jacobian(fold.x, fold.omega)
     return np.asarray(np.linalg.svd(jacobian)[0][:, -1])

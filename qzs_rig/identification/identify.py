@@ -189,7 +189,7 @@ def _points_said(item: Set, response: Response) -> list[str]:
     if item.points.chirp.any():
         fastest = float(np.max(np.abs(item.points.chirp)))
         there = response.plant
-        limit = iso_limit(2.0 * there.oscillator.zeta * there.omega0 / (2.0 * np.pi))
+        limit = iso_limit(2.0 * there.zeta * there.hertz)
         largest = 100 * float(np.max(np.abs(item.lag[item.use] - 1.0), initial=0.0))
         said.append(
             f'{dof} was swept at up to {fastest:.2g} Hz/s (ISO 7626-2 allows {limit:.2g}); a lag '

@@ -17,12 +17,13 @@ from qzs_rig import scenario
 from qzs_rig.errors import InputError
 from qzs_rig.identification.covariance import Direction, directions
 from qzs_rig.identification.fold import Fold, fold_near, left_null
-from qzs_rig.identification.plant import Plant, plant
 from qzs_rig.identification.response import STEP
 from qzs_rig.identification.unknowns import Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, transmissibility
 from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.oscillator import Oscillator
 
 
 @dataclass(frozen=True)
@@ -174,10 +175,10 @@ def _first(wanted: Unknowns, jumps: Sequence[Jump]) -> list[Fold | None]:
     """The folds of the start that the jumps fall off, None where its curve does not fold."""
     folds: dict[str, list[Fold]] = {}
     for dof in dict.fromkeys(jump.dof for jump in jumps):
-        there = plant(wanted.spec, dof)
+        there = Oscillator.driven(wanted.spec, dof)
         hz = np.array([jump.frequency_hz for jump in jumps if jump.dof == dof])
         low, high = there.omega(np.array([hz.min() / REACH, hz.max() * REACH])).tolist()
-        answer = frequency_response(there.oscillator, low, high, isolas=False)
+        answer = frequency_response(there, low, high, isolas=False)
         found = [
             Fold(event.omega, event.coefficients[: 2 * HARMONICS + 1]) for event in answer.folds
         ]
@@ -201,28 +202,28 @@ def _seen(
     predicted, T = np.full(len(jumps), np.nan), np.full(len(jumps), np.nan)
     slopes = np.zeros((len(jumps), len(values)))
     for k, (jump, guess) in enumerate(zip(jumps, near, strict=True)):
-        there = plant(spec, jump.dof)
+        there = Oscillator.driven(spec, jump.dof)
         fold = fold_near(there, guess) if guess else None
         if guess and fold is None:
             return None
         folds.append(fold)
         if fold is not None:
-            predicted[k] = fold.omega * there.omega0 / (2 * np.pi)
+            predicted[k] = fold.omega * there.hertz
             omega = np.array([fold.omega])
-            T[k] = abs(there.top_over_base(omega, fold.x[None])[0])
+            T[k] = abs(transmissibility(there, omega, fold.x[None])[0])
             slopes[k] = _slopes(wanted, values, jump.dof, there, fold)
     return _Seen(predicted, T, slopes, folds)
 
 
-def _slopes(wanted: Unknowns, values: Array, dof: str, there: Plant, fold: Fold) -> Array:
+def _slopes(wanted: Unknowns, values: Array, dof: str, there: Oscillator, fold: Fold) -> Array:
     """d(fold frequency in Hz)/dp (p,)."""
-    x, hz = fold.x, fold.omega * there.omega0 / (2 * np.pi)
+    x, hz = fold.x, fold.omega * there.hertz
     left = left_null(there, fold)
 
     def unbalanced(spec: RunSpec, frequency: float) -> float:
-        other = plant(spec, dof)
+        other = Oscillator.driven(spec, dof)
         omega = float(other.omega(np.array(frequency)))
-        return float(left @ other.balance(len(x) // 2).residual(x, omega))
+        return float(left @ HarmonicBalance(other, len(x) // 2).residual(x, omega))
 
     here, d = wanted.applied(values), 1e-5 * hz
     by_hz = (unbalanced(here, hz + d) - unbalanced(here, hz - d)) / (2 * d)

@@ -12,31 +12,33 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.identification.plant import Complex, Plant
+from qzs_rig.identification.points import Complex
 from qzs_rig.samples import Array
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, transmissibility
+from qzs_rig.theory.oscillator import Oscillator
 
 
-def swept_over_steady(plant: Plant, omega: Array, rate: Array, x: Array) -> Complex:
+def swept_over_steady(plant: Oscillator, omega: Array, rate: Array, x: Array) -> Complex:
     """Ratio (n,) of u/v as swept through `omega` (n,) at dΩ/dτ = `rate` (n,) to u/v settled at
     coefficients x (n, 2H + 1)."""
-    H, falloff = x.shape[1] // 2, plant.oscillator.falloff
-    balance, h = plant.balance(H), 1e-5 * omega
+    H, falloff = x.shape[1] // 2, plant.falloff
+    balance, h = HarmonicBalance(plant, H), 1e-5 * omega
     jacobian = balance.jacobian(x, omega)
     slope = (balance.residual(x, omega + h) - balance.residual(x, omega - h)) / (2 * h)[:, None]
     dx = -np.linalg.solve(jacobian, slope[..., None])[..., 0] * rate[:, None]
     k = np.arange(1, H + 1)
     X, dX = _complex(x), _complex(dx)
     turning = 1j * k * omega[:, None]
-    unbalanced = (2 * turning + 2 * plant.oscillator.zeta) * dX + 1j * k * rate[:, None] * X
-    V = plant.oscillator.base(omega)
+    unbalanced = (2 * turning + 2 * plant.zeta) * dX + 1j * k * rate[:, None] * X
+    V = plant.base(omega)
     unbalanced[:, 0] += 1j * (1 - 2 * falloff) * rate * V
     missing = np.empty_like(x)
-    missing[:, 0] = 2 * plant.oscillator.zeta * dx[:, 0]
+    missing[:, 0] = 2 * plant.zeta * dx[:, 0]
     missing[:, 1::2], missing[:, 2::2] = unbalanced.real, -unbalanced.imag
     late = _complex(x - np.linalg.solve(jacobian, missing[..., None])[..., 0])[:, 0]
     acceleration = (1j * rate - omega**2) * late + 2j * omega * dX[:, 0]
     base = -(omega**2 - 1j * (1 - 2 * falloff) * rate) * V
-    return np.asarray((1.0 + acceleration / base) / plant.top_over_base(omega, x))
+    return np.asarray((1.0 + acceleration / base) / transmissibility(plant, omega, x))
 
 
 def iso_limit(half_power_hz: float) -> float:

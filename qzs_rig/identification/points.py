@@ -12,6 +12,8 @@ from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS
 
+Complex = NDArray[np.complex128]
+
 LEAST = 4
 """Points a degree of freedom needs; fewer do not even show a curve."""
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.identification.least_squares import Trial
-from qzs_rig.identification.plant import Complex, plant
-from qzs_rig.identification.points import Points
+from qzs_rig.identification.points import Complex, Points
 from qzs_rig.identification.response import Response, followed, sensitivity
 from qzs_rig.identification.unknowns import Unknowns
 from qzs_rig.samples import Array
+from qzs_rig.theory.oscillator import Oscillator
 
 LEAST_NOISE = 1e-4
 """Standard deviation below which no measurement is believed, relative or in rad: windows that have
@@ -74,7 +74,9 @@ def evaluate(unknowns: Unknowns, sets: Sequence[Set], values: Array, state: Stat
     for item, before in zip(sets, state, strict=True):
         hz, dof = item.points.frequency_hz, item.points.dof
         try:
-            there = _kept(followed(plant(unknowns.applied(values), dof), hz, before.x), before)
+            there = _kept(
+                followed(Oscillator.driven(unknowns.applied(values), dof), hz, before.x), before
+            )
             slope = sensitivity(unknowns, values, dof, there, hz)
         except InputError:
             return _nowhere(sets, values, state)

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.identification.plant import Complex, Plant, plant
-from qzs_rig.identification.points import Points
+from qzs_rig.identification.points import Complex, Points
 from qzs_rig.identification.seeds import centred, ratios
 from qzs_rig.identification.unknowns import Unknowns
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance.harmonic_balance import steady
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady, transmissibility
+from qzs_rig.theory.oscillator import Oscillator
 
 STEP = 1e-5
 """Of a parameter's scale, for central differences of the balance at fixed motion: truncation
@@ -32,7 +32,7 @@ class Response:
     found. Where not, x is where the search began.
     """
 
-    plant: Plant
+    plant: Oscillator
     omega: Array
     x: Array
     ratio: Complex
@@ -45,20 +45,20 @@ class Response:
         return np.asarray((self.ratio - 1.0).real > 0)
 
 
-def followed(there: Plant, frequency_hz: Array, x: Array) -> Response:
+def followed(there: Oscillator, frequency_hz: Array, x: Array) -> Response:
     """The motions that Newton finds from x (n, 2H + 1); unstable ones are not good."""
     omega = there.omega(frequency_hz)
-    found = steady(there.oscillator, omega, x)
+    found = steady(there, omega, x)
     good = found.converged & np.isfinite(found.coefficients).all(axis=1)
     motion = np.where(good[:, None], found.coefficients, x)
-    determinant = np.linalg.det(there.balance(x.shape[1] // 2).jacobian(motion, omega))
+    determinant = np.linalg.det(HarmonicBalance(there, x.shape[1] // 2).jacobian(motion, omega))
     # the middle branch between two folds has one growing exponent: the determinant changes sign
     return Response(
-        there, omega, motion, there.top_over_base(omega, motion), good & (determinant > 0)
+        there, omega, motion, transmissibility(there, omega, motion), good & (determinant > 0)
     )
 
 
-def nearest(there: Plant, points: Points, harmonics: int) -> Response:
+def nearest(there: Oscillator, points: Points, harmonics: int) -> Response:
     """The stable motion nearest to each point, from the motion that its transmissibility implies.
 
     A branch that misses a point by more than a factor of two is not good for it.
@@ -107,17 +107,17 @@ def sensitivity(
     residual, ratio = np.empty((p, n, x.shape[1])), np.empty((p, n), dtype=np.complex128)
     for k, scale in enumerate(unknowns.scale.tolist()):
         h = STEP * scale * np.eye(p)[k]
-        ends = [plant(unknowns.applied(values + side * h), dof) for side in (1.0, -1.0)]
+        ends = [Oscillator.driven(unknowns.applied(values + side * h), dof) for side in (1.0, -1.0)]
         omegas = [end.omega(hz) for end in ends]
         above, below = (
-            e.balance(harmonics).residual(x, w) for e, w in zip(ends, omegas, strict=True)
+            HarmonicBalance(e, harmonics).residual(x, w) for e, w in zip(ends, omegas, strict=True)
         )
-        over, under = (e.top_over_base(w, x) for e, w in zip(ends, omegas, strict=True))
+        over, under = (transmissibility(e, w, x) for e, w in zip(ends, omegas, strict=True))
         residual[k] = (above - below) / (2 * STEP * scale)
         ratio[k] = (over - under) / (2 * STEP * scale)
-    jacobian = response.plant.balance(harmonics).jacobian(x, response.omega)
+    jacobian = HarmonicBalance(response.plant, harmonics).jacobian(x, response.omega)
     moved = -np.linalg.solve(jacobian, residual.transpose(1, 2, 0))
-    base = response.plant.oscillator.base(response.omega)[:, None]
+    base = response.plant.base(response.omega)[:, None]
     slope = ratio.T + (moved[:, 1] - 1j * moved[:, 2]) / base
     return np.asarray(slope / response.ratio[:, None])
 

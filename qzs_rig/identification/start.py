@@ -12,11 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from qzs_rig.identification.least_squares import Trial, minimise
-from qzs_rig.identification.plant import plant
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.seeds import centred, ratios
 from qzs_rig.identification.unknowns import TRIM, Unknowns
 from qzs_rig.samples import Array
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.oscillator import Oscillator
 
 TRIMS = (-0.01, 0.01)
 """Of the payload: a curve is nearly the same for more weight and for less, so both are tried."""
@@ -90,13 +91,13 @@ def _errors(unknowns: Unknowns, values: Array, parts: Sequence[Points]) -> Array
     """What one harmonic and the mean leave unbalanced, over the drive and 0.1 + T."""
     spec, errors = unknowns.applied(values), []
     for points in parts:
-        there = plant(spec, points.dof)
-        omega, balance = there.omega(points.frequency_hz), there.balance(1)
+        there = Oscillator.driven(spec, points.dof)
+        omega, balance = there.omega(points.frequency_hz), HarmonicBalance(there, 1)
         candidates = []
         motions = [m for ratio in ratios(there, points) for m in centred(there, omega, ratio)]
         for x in motions:
             left = balance.residual(x, omega)[:, 1:]
-            weight = there.oscillator.drive(omega) * (0.1 + points.magnitude)
+            weight = there.drive(omega) * (0.1 + points.magnitude)
             candidates.append(left / weight[:, None])
         errors.append(_smaller(candidates).ravel())
     return np.nan_to_num(np.concatenate(errors), nan=1e3, posinf=1e3, neginf=-1e3)

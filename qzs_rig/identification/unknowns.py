@@ -89,6 +89,11 @@ def unknowns(spec: RunSpec, names: Sequence[str], dofs: Sequence[str]) -> Unknow
         if names.count(name) > 1:
             raise InputError(f'{name} is to be fitted twice; name it once')
     platform = Platform.from_spec(spec)
+    for dof in dofs:
+        if not platform.zeta[DOFS.index(dof)] > 0:
+            raise InputError(
+                f'{dof} has no damping to start from; give --set platform.zeta=0.02 or so'
+            )
     items = tuple(_unknown(table[name], spec, platform, dofs[0]) for name in names)
     found = Unknowns(spec, items)
     found.applied(found.start)  # two words for one thing are refused here

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
@@ -177,8 +175,7 @@ class Platform:
         m, trim = _payload(spec)
         law, load = RESTORING[spec.text('platform.law')], trim * GRAVITY / (k1 * L20)
         L0 = design.L0 * L20
-        coupled = law.name == 'geometric' and spec.flag('platform.coupled')
-        if law.name == 'geometric' and not coupled:
+        if law.name == 'geometric' and not coupled(spec):
             refuse_coupled_words(spec)
         inertia = {
             'I_vm': spec.optional('platform.I_vm') or m * L0**2 / 2.0,
@@ -195,20 +192,13 @@ class Platform:
             stiffness=stiffness,
             load=(load, 0.0, 0.0, 0.0),
             rest=(equilibrium(law, design, load), 0.0, 0.0, 0.0),
-            coupled=coupled,
+            coupled=coupled(spec),
         )
 
     @property
     def cubic(self) -> Cubic:
         """(c1, c3) of the law about the rest position of each degree of freedom."""
-        vertical, *others = self.law.cubic(self.design)
-        if self.rest[0]:
-            # Cauchy's integral, exact to rounding: the laws are analytic within a of the real axis
-            turn = 0.2 * self.design.a * np.exp(2j * np.pi * np.arange(64) / 64)
-            force = self.law.bind(np.sqrt)[0](self.design, self.rest[0] + turn)
-            c1, c3 = (float(np.mean(force / turn**order).real) for order in (1, 3))
-            vertical = (c1, c3)
-        return vertical, *others
+        return self.law.cubic(self.design, self.rest[0])
 
     @property
     def omega0(self) -> tuple[float, ...]:
@@ -243,6 +233,11 @@ class Platform:
                 f'mm from the working point (z up); stiffness there {self.cubic[0][0]:.4g} k1'
             )
         return said
+
+
+def coupled(spec: RunSpec) -> bool:
+    """Whether all six degrees of freedom move together."""
+    return spec.text('platform.law') == 'geometric' and spec.flag('platform.coupled')
 
 
 def refuse_coupled_words(spec: RunSpec) -> None:

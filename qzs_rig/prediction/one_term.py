@@ -7,54 +7,54 @@ from numpy.typing import NDArray
 
 from qzs_rig.prediction import curve
 from qzs_rig.prediction.curve import Branch, Prediction
-from qzs_rig.prediction.scale import Scale
 from qzs_rig.samples import Array
 from qzs_rig.theory import single_term
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import SingleTerm
 
 METHOD, LABEL = 'single_term', 'theory, one harmonic'
 POINTS = 400
 
 
-def predict(scale: Scale, c1: float, c3: float, zeta: float) -> Prediction:
-    """The balance (29) of the law c1 w + c3 w³ over the range of `scale`.
+def predict(own: Oscillator, low_hz: float, high_hz: float) -> Prediction:
+    """The balance (29) of the odd cubic part of the law about its rest position.
 
-    Exact (to one harmonic) for cubic laws; with c1, c3 of another law good where the relative
-    motion is small against the platform.
+    Exact (to one harmonic) for cubic laws; for another law good where the relative motion is
+    small against the platform.
     """
-    law = (c1, c3, zeta)
-    held = (scale.amplitude, scale.falloff)
-    omega = _grid(scale, single_term.folds(*law, *held))
-    answer = single_term.single_term(*law, scale.amplitude * omega**-scale.falloff, omega)
+    law = (*own.cubic, own.zeta)
+    held = (own.amplitude, own.falloff)
+    omega = _grid(own.omega(low_hz), own.omega(high_hz), single_term.folds(*law, *held))
+    answer = single_term.single_term(*law, own.base(omega), omega)
     onset = single_term.onset_omega(*law, *held)
-    branches = curve.named(_branches(answer, scale))
+    branches = curve.named(_branches(answer, own))
     return Prediction(
-        scale.dof,
+        own.dof,
         LABEL,
         METHOD,
         branches,
-        curve.folds(branches, scale.low_hz, scale.high_hz),
-        () if onset is None else (onset * scale.hertz,),
+        curve.folds(branches, low_hz, high_hz),
+        () if onset is None else (onset * own.hertz,),
     )
 
 
-def _grid(scale: Scale, folds: Array) -> Array:
+def _grid(low: float, high: float, folds: Array) -> Array:
     """Ω evenly in the logarithm, and closer to the folds, where branches part like a root."""
-    omega = np.geomspace(scale.omega(scale.low_hz), scale.omega(scale.high_hz), POINTS)
+    omega = np.geomspace(low, high, POINTS)
     near = np.geomspace(1e-10, 1e-2, 40)
     grid = np.unique(np.concatenate([omega, *(fold * (1 - near) for fold in folds),
                                      *(fold * (1 + near) for fold in folds)]))  # fmt: skip
     return np.asarray(grid[(grid >= omega[0]) & (grid <= omega[-1])])
 
 
-def _branches(answer: SingleTerm, scale: Scale) -> list[Branch]:
+def _branches(answer: SingleTerm, own: Oscillator) -> list[Branch]:
     order = continuous(answer)
     T, phase, W = (
         np.take_along_axis(values, order, axis=1)
         for values in (answer.T, answer.phase_deg, answer.W)
     )
     stable = np.take_along_axis(answer.stable, order, axis=1)
-    hz, stroke = answer.omega * scale.hertz, scale.length * W
+    hz, stroke = answer.omega * own.hertz, own.length * W
     return [
         Branch('', hz[on], T[on, k], phase[on, k], stroke[on, k], stable[on, k])
         for k in range(T.shape[1])

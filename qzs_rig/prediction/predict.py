@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.mechanics.platform import Platform
+from qzs_rig.excitation.sweep import band
+from qzs_rig.mechanics.platform import coupled
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction import curve, one_term
 from qzs_rig.prediction.curve import Branch, Prediction
-from qzs_rig.prediction.scale import Scale
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import events, response
 from qzs_rig.theory.balance.response import Event, FrequencyResponse, frequency_response
@@ -23,6 +23,8 @@ from qzs_rig.units import DOFS
 METHOD, LABEL = 'harmonic_balance', 'theory, harmonic balance'
 FINER = 12
 """Points drawn for one that was computed: a continued path is smooth in its length."""
+MARGIN = 1.02
+"""Theory goes a little beyond the band of the run."""
 MOMENTS = 256
 """Times a period at which the stroke is looked for; it is missed by less than 1e-4 of itself."""
 
@@ -33,43 +35,49 @@ def predict(spec: RunSpec) -> tuple[Prediction, ...]:
     By harmonic balance of the restoring law; where that finds nothing, by one harmonic of its
     cubic part, and `method` says so. A coupled platform is predicted by its four projections.
     """
-    platform = Platform.from_spec(spec)
-    return tuple(
-        _predict(spec, platform, Scale.of(spec, platform, dof))
-        for dof in DOFS
-        if spec.number(f'excitation.amplitude.{dof}')
-    )
+    driven = [dof for dof in DOFS if spec.number(f'excitation.amplitude.{dof}')]
+    return tuple(_predict(spec, Oscillator.driven(spec, dof), *range_hz(spec)) for dof in driven)
 
 
-def _predict(spec: RunSpec, platform: Platform, scale: Scale) -> Prediction:
-    k = DOFS.index(scale.dof)
-    oscillator = Oscillator.of(spec, scale.dof, scale.amplitude, scale.falloff)
-    found = by_harmonic_balance(scale, oscillator, platform.rest[k])
-    found = found or one_term.predict(scale, *platform.cubic[k], platform.zeta[k])
-    return replace(found, label=f'{found.label}, uncoupled') if platform.coupled else found
+def range_hz(spec: RunSpec) -> tuple[float, float]:
+    """Lowest and highest frequency to predict: a little beyond the band of the run, an octave
+    around a dwell."""
+    if spec.text('excitation.kind') == 'sine':
+        f = spec.number('excitation.frequency')
+        low, high = 0.5 * f, 2.0 * f
+    else:
+        low, high = band(spec)
+    return low / MARGIN, high * MARGIN
 
 
-def by_harmonic_balance(scale: Scale, oscillator: Oscillator, rest: float) -> Prediction | None:
-    """The branches of `oscillator`, which rests at ŵ = `rest`, that reach an end of the range of
-    `scale`; None where no steady motion was found."""
+def _predict(spec: RunSpec, oscillator: Oscillator, low_hz: float, high_hz: float) -> Prediction:
+    found = by_harmonic_balance(oscillator, low_hz, high_hz)
+    found = found or one_term.predict(oscillator, low_hz, high_hz)
+    return replace(found, label=f'{found.label}, uncoupled') if coupled(spec) else found
+
+
+def by_harmonic_balance(oscillator: Oscillator, low_hz: float, high_hz: float) -> Prediction | None:
+    """The branches of `oscillator` that reach an end of the range; None where no steady motion
+    was found."""
     # a run waits for this, and isolated branches can take minutes to look for
-    omega = scale.omega(scale.low_hz), scale.omega(scale.high_hz)
-    found = frequency_response(oscillator, *omega, isolas=False)
+    found = frequency_response(
+        oscillator, oscillator.omega(low_hz), oscillator.omega(high_hz), isolas=False
+    )
     branches = [
         piece
         for number, branch in enumerate(found.branches)
-        for piece in _pieces(_path(branch, _folds(found, number), rest), scale)
+        for piece in _pieces(_path(branch, _folds(found, number), oscillator.rest), oscillator)
     ]
     if not branches:
         return None
     known = curve.named(branches)
     return Prediction(
-        scale.dof,
+        oscillator.dof,
         LABEL,
         METHOD,
         known,
-        curve.folds(known, scale.low_hz, scale.high_hz),
-        tuple(omega * scale.hertz for omega in found.onset_omega),
+        curve.folds(known, low_hz, high_hz),
+        tuple(omega * oscillator.hertz for omega in found.onset_omega),
     )
 
 
@@ -127,12 +135,12 @@ def _stroke(coefficients: Array, rest: float) -> Array:
     return np.asarray(np.abs(wave + coefficients[:, :1] - rest).max(axis=1))
 
 
-def _pieces(path: _Path, scale: Scale) -> list[Branch]:
+def _pieces(path: _Path, own: Oscillator) -> list[Branch]:
     """The path cut at its folds, made finer by a spline along its length."""
     last = len(path.stroke) - 1
     along = np.concatenate([[0.0], np.cumsum(_lengths(path))])
     return [
-        _piece(path, along, first, end, scale)
+        _piece(path, along, first, end, own)
         for first, end in pairwise([0, *path.folds, last])
         if abs(path.log_omega[end] - path.log_omega[first]) > curve.EDGE
     ]
@@ -143,7 +151,7 @@ def _lengths(path: _Path) -> Array:
     return np.asarray(np.maximum(np.hypot(*steps), 1e-12))
 
 
-def _piece(path: _Path, along: Array, first: int, end: int, scale: Scale) -> Branch:
+def _piece(path: _Path, along: Array, first: int, end: int, own: Oscillator) -> Branch:
     log_omega, real, imag, stroke = _spline(along, path)(_finer(along[first : end + 1])).T
     f = np.exp(log_omega)
     edge = np.exp(path.log_omega[[first, end]])
@@ -160,10 +168,10 @@ def _piece(path: _Path, along: Array, first: int, end: int, scale: Scale) -> Bra
     stable = np.append(both, steady[-1]) & np.insert(both, 0, steady[0])
     return Branch(
         '',
-        f * scale.hertz,
+        f * own.hertz,
         np.abs(ratio),
         np.where(phase > -180.0, phase, 180.0),
-        scale.length * stroke[way],
+        own.length * stroke[way],
         stable[way],
     )
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,9 @@ from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.statics import equilibrium
 from qzs_rig.parameters import RunSpec
-from qzs_rig.units import DOFS
+from qzs_rig.units import DOFS, QUANTITIES
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,7 @@ class Oscillator:
     the base displacement, velocity and acceleration constant over frequency (2 is also the plain
     forced oscillator under Ĥ cos Ωτ). w is in units of L20, rotations in rad; vertical is positive
     downward. τ is in units of 1/omega0. `load` is weight that the springs do not balance.
+    `omega0` (rad/s) and `length` (m, or 1 rad) are those units in the run that it stands for.
     """
 
     law: RestoringLaw
@@ -33,6 +36,8 @@ class Oscillator:
     amplitude: float
     load: float = 0.0
     falloff: int = 0
+    omega0: float = 1.0
+    length: float = 1.0
 
     def __post_init__(self) -> None:
         if self.dof not in DOFS:
@@ -57,7 +62,44 @@ class Oscillator:
             amplitude=amplitude,
             load=platform.load[k],
             falloff=falloff,
+            omega0=platform.omega0[k],
+            length=abs(platform.length[k]),
         )
+
+    @classmethod
+    def driven(cls, spec: RunSpec, dof: str) -> Oscillator:
+        """The degree of freedom `dof` of a run's platform as the run's excitation drives it.
+
+        Raises InputError where the base does not move in `dof`: how far it moves decides theory.
+        """
+        held = spec.number(f'excitation.amplitude.{dof}')
+        if not held:
+            raise InputError(
+                f'excitation.amplitude.{dof} is 0: say how the base moves, for instance '
+                f'--set excitation.quantity=acceleration --set excitation.amplitude.{dof}=4.0'
+            )
+        falloff = QUANTITIES.index(spec.text('excitation.quantity'))
+        still = cls.of(spec, dof, 0.0, falloff)
+        return replace(still, amplitude=held / still.omega0**falloff / still.length)
+
+    @property
+    def hertz(self) -> float:
+        """Frequency in Hz at Ω = 1."""
+        return self.omega0 / (2.0 * np.pi)
+
+    def omega(self, frequency_hz: Any) -> Any:
+        """Ω at frequencies in Hz, of any shape."""
+        return 2.0 * np.pi * frequency_hz / self.omega0
+
+    @cached_property
+    def rest(self) -> float:
+        """w at which the law holds `load`."""
+        return equilibrium(self.law, self.design, self.load)
+
+    @property
+    def cubic(self) -> tuple[float, float]:
+        """(c1, c3) of the odd part c1 w + c3 w³ of the law about `rest`."""
+        return self.law.cubic(self.design, self.rest)[self.number]
 
     @property
     def number(self) -> int:

@@ -9,8 +9,9 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.cli.main import execute
-from qzs_rig.identification.plant import plant
 from qzs_rig.identification.response import followed
+from qzs_rig.identification.seeds import motion_of
+from qzs_rig.theory.oscillator import Oscillator
 
 TRUE = {'platform.zeta': 0.08, 'platform.A': 1.09}
 FIT = ','.join(TRUE)
@@ -32,10 +33,10 @@ def said(capsys):
 @pytest.fixture(scope='module')
 def curve(tmp_path_factory):
     """The upper part of a calculated curve as CSV, without noise."""
-    there = plant(scenario.load('vertical_sweep').override(TRUE), 'vertical')
+    there = Oscillator.driven(scenario.load('vertical_sweep').override(TRUE), 'vertical')
     hz = np.geomspace(4.0, 1.5, 12)
     far = np.full(12, 0.05 - 0.02j)
-    steady = followed(there, hz, there.motion(there.omega(hz), far, 7))
+    steady = followed(there, hz, motion_of(there, there.omega(hz), far, 7))
     assert steady.good.all()
     path = tmp_path_factory.mktemp('csv') / 'curve.csv'
     rows = zip(hz, np.abs(steady.ratio), np.degrees(np.angle(steady.ratio)), strict=True)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
+from qzs_rig.mechanics.design import Design
+from qzs_rig.mechanics.restoring.symmetric import SYMMETRIC
 from qzs_rig.prediction import one_term
-from qzs_rig.prediction.scale import Scale
+from qzs_rig.theory.oscillator import Oscillator
 
-SCALE = Scale(
-    'vertical', omega0=20.0, length=0.6, amplitude=0.025 / 0.6, falloff=0, low_hz=0.4, high_hz=10.0
+DESIGN = Design.of(A=1.25, k3=0.4, L1=math.sqrt(3.0) / 2.0, L0=0.1)
+"""Hardening: c1 = 0.15, c3 = 4.2."""
+OWN = Oscillator(
+    SYMMETRIC, 'vertical', DESIGN, zeta=0.05, amplitude=0.025 / 0.6, omega0=20.0, length=0.6
 )
-LAW = {'c1': 0.15, 'c3': 4.2, 'zeta': 0.05}
 RESOLUTION = 0.02
 
 
@@ -62,7 +66,7 @@ def swept(theory, n=240):
 
 @pytest.fixture(scope='session')
 def theory():
-    return one_term.predict(SCALE, **LAW)
+    return one_term.predict(OWN, 0.4, 10.0)
 
 
 @pytest.fixture(scope='session')
@@ -73,4 +77,4 @@ def run(theory):
 @pytest.fixture(scope='session')
 def stiffer_run():
     """The same rig under a slightly larger base motion."""
-    return swept(one_term.predict(replace(SCALE, amplitude=0.027 / 0.6), **LAW))
+    return swept(one_term.predict(replace(OWN, amplitude=0.027 / 0.6), 0.4, 10.0))

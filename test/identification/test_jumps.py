@@ -7,8 +7,8 @@ import pytest
 
 from qzs_rig.errors import InputError
 from qzs_rig.identification import jumps, jumps_told
-from qzs_rig.identification.plant import plant
 from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.oscillator import Oscillator
 
 
 @pytest.fixture(scope='module')
@@ -18,9 +18,9 @@ def found():
 
 def test_a_platform_that_jumps_there_is_found(found):
     assert found.predicted_hz == pytest.approx([2.22, 1.90, 4.43, 4.12], abs=1e-3)
-    there = plant(found.unknowns.applied(found.values), 'vertical')
-    answer = frequency_response(there.oscillator, 0.3, 1.5, isolas=False)
-    hz = sorted(fold.omega * there.omega0 / (2 * np.pi) for fold in answer.folds)
+    there = Oscillator.driven(found.unknowns.applied(found.values), 'vertical')
+    answer = frequency_response(there, 0.3, 1.5, isolas=False)
+    hz = sorted(fold.omega * there.hertz for fold in answer.folds)
     # nine harmonics against as many as it takes
     assert hz == pytest.approx([1.90, 2.22], rel=2e-3)
 
@@ -40,9 +40,9 @@ def test_the_best_known_combination_is_fixed(found):
 
     def jump_hz(change):
         spec = found.unknowns.applied(found.values + change * reference)
-        there = plant(spec, 'vertical')
-        answer = frequency_response(there.oscillator, 0.3, 1.5, isolas=False)
-        return max(fold.omega for fold in answer.folds) * there.omega0 / (2 * np.pi)
+        there = Oscillator.driven(spec, 'vertical')
+        answer = frequency_response(there, 0.3, 1.5, isolas=False)
+        return max(fold.omega for fold in answer.folds) * there.hertz
 
     best, free = found.directions[0].weights, found.directions[-1].weights
     # a linear statement: small steps of the same length

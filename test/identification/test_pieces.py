@@ -14,12 +14,12 @@ from qzs_rig.identification import csv_table
 from qzs_rig.identification.fold import Fold, fold_near, left_null
 from qzs_rig.identification.lag import iso_limit, swept_over_steady
 from qzs_rig.identification.least_squares import Trial, minimise
-from qzs_rig.identification.plant import plant
 from qzs_rig.identification.response import followed, nearest, sensitivity
 from qzs_rig.identification.seeds import ratios
 from qzs_rig.identification.unknowns import unknowns
-from qzs_rig.theory.balance.harmonic_balance import steady
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady
 from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.oscillator import Oscillator
 
 
 def test_least_squares_is_scipys():
@@ -40,14 +40,17 @@ def test_least_squares_is_scipys():
 def test_sensitivity_is_the_difference_of_two_responses(bench):
     wanted = unknowns(bench.spec, ('platform.zeta', 'platform.A', 'platform.k1'), ['vertical'])
     points = bench.points()
-    here = nearest(plant(bench.spec, 'vertical'), points, 5)
+    here = nearest(Oscillator.driven(bench.spec, 'vertical'), points, 5)
     use = here.good
     slope = sensitivity(wanted, wanted.start, 'vertical', here, points.frequency_hz)
     for k, scale in enumerate(wanted.scale):
         h = 1e-5 * scale * np.eye(3)[k]
         over, under = (
-            followed(plant(wanted.applied(wanted.start + s * h), 'vertical'), points.frequency_hz,
-                     here.x).ratio
+            followed(
+                Oscillator.driven(wanted.applied(wanted.start + s * h), 'vertical'),
+                points.frequency_hz,
+                here.x,
+            ).ratio
             for s in (1.0, -1.0)
         )  # fmt: skip
         expected = np.log(over / under) / (2e-5 * scale)
@@ -57,7 +60,7 @@ def test_sensitivity_is_the_difference_of_two_responses(bench):
 
 def test_a_magnitude_implies_the_phase_of_a_damped_motion(bench):
     spec = bench.spec.override({'platform.zeta': 0.08, 'platform.payload_trim': 0.3})
-    there, full = plant(spec, 'vertical'), bench.points()
+    there, full = Oscillator.driven(spec, 'vertical'), bench.points()
     silent = replace(full, phase=np.full(len(full), np.nan))
     true = full.magnitude * np.exp(1j * full.phase)
     miss = np.min([np.abs(guess - true) for guess in ratios(there, silent)], axis=0)
@@ -79,11 +82,11 @@ def test_the_lag_of_a_linear_platform_is_the_known_one(quantity):
             'excitation.amplitude.vertical': 0.01,
         }
     )
-    there, rate = plant(spec, 'vertical'), 1e-5
+    there, rate = Oscillator.driven(spec, 'vertical'), 1e-5
     omega = np.linspace(0.3, 2.0, 9)
     x = np.zeros((9, 3))
     x[:, 1] = 0.01
-    x = steady(there.oscillator, omega, x).coefficients
+    x = steady(there, omega, x).coefficients
 
     def H(w):
         return 1.0 / (0.5 - w**2 + 0.2j * w)
@@ -115,15 +118,15 @@ def test_iso_limit():
 
 
 def test_a_fold_is_followed_and_its_slope_right(bench):
-    there = plant(bench.spec, 'vertical')
-    event = max(frequency_response(there.oscillator, 0.2, 2.0, isolas=False).folds,
+    there = Oscillator.driven(bench.spec, 'vertical')
+    event = max(frequency_response(there, 0.2, 2.0, isolas=False).folds,
                 key=lambda fold: fold.omega)  # fmt: skip
     fold = fold_near(there, Fold(event.omega * 1.001, event.coefficients[:19]))
     assert fold.omega == pytest.approx(event.omega, rel=1e-3)
-    other = replace(there, oscillator=replace(there.oscillator, zeta=there.oscillator.zeta + 1e-6))
+    other = replace(there, zeta=there.zeta + 1e-6)
     moved = fold_near(other, fold).omega - fold.omega
-    left, balance = left_null(there, fold), there.balance(9)
-    by_zeta = left @ (other.balance(9).residual(fold.x, fold.omega)) / 1e-6
+    left, balance = left_null(there, fold), HarmonicBalance(there, 9)
+    by_zeta = left @ (HarmonicBalance(other, 9).residual(fold.x, fold.omega)) / 1e-6
     h = 1e-6
     by_omega = left @ (balance.residual(fold.x, fold.omega + h) -
                        balance.residual(fold.x, fold.omega - h)) / (2 * h)  # fmt: skip
@@ -131,7 +134,7 @@ def test_a_fold_is_followed_and_its_slope_right(bench):
 
 
 def test_a_fold_that_is_not_there_is_not_found(bench):
-    damped = plant(bench.spec.override({'platform.zeta': 0.9}), 'vertical')
+    damped = Oscillator.driven(bench.spec.override({'platform.zeta': 0.9}), 'vertical')
     x = np.zeros(11)
     x[1] = 0.05
     assert fold_near(damped, Fold(0.6, x)) is None

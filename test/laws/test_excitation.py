@@ -12,11 +12,11 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.excitation import EXCITATIONS, QUANTITIES
+from qzs_rig.excitation import EXCITATIONS
 from qzs_rig.excitation.drive import Drive, fade_in, fade_out
 from qzs_rig.excitation.segments import Dwell, Ease, Glide, LinearChirp, LogChirp
 from qzs_rig.run.stages import ExciterStage
-from qzs_rig.units import DOFS
+from qzs_rig.units import DOFS, QUANTITIES
 
 NS = 1_000_000_000
 EPS = np.finfo(float).eps

@@ -9,21 +9,13 @@ from qzs_rig import scenario
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.prediction import one_term
 from qzs_rig.prediction.labels import label_all
-from qzs_rig.prediction.predict import by_harmonic_balance, predict
-from qzs_rig.prediction.scale import Scale
+from qzs_rig.prediction.predict import by_harmonic_balance, predict, range_hz
 from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
 
 LOUD = {'excitation.amplitude.vertical': 4.0}
-
-
-def parts(given, dof='vertical'):
-    spec = scenario.of(given)
-    platform = Platform.from_spec(spec)
-    scale = Scale.of(spec, platform, dof)
-    return spec, platform, scale, Oscillator.of(spec, dof, scale.amplitude, scale.falloff)
 
 
 @pytest.fixture(scope='module')
@@ -33,12 +25,10 @@ def loud():
 
 
 def test_the_folds_are_those_that_were_located(loud):
-    *_, scale, oscillator = parts(LOUD)
-    source = frequency_response(
-        oscillator, scale.omega(scale.low_hz), scale.omega(scale.high_hz), isolas=False
-    )
+    own = Oscillator.driven(scenario.of(LOUD), 'vertical')
+    source = frequency_response(own, *map(own.omega, range_hz(scenario.of(LOUD))), isolas=False)
     hz = [fold.frequency_hz for fold in loud.folds]
-    assert hz == pytest.approx(sorted(e.omega * scale.hertz for e in source.folds), rel=1e-12)
+    assert hz == pytest.approx(sorted(e.omega * own.hertz for e in source.folds), rel=1e-12)
     up, down = loud.folds
     assert (up.kind, up.leaves, up.lands) == ('jump_up', 'lower', 'upper')
     assert (down.kind, down.leaves, down.lands) == ('jump_down', 'upper', 'lower')
@@ -56,9 +46,9 @@ def test_branches_rise_in_frequency_and_only_the_middle_is_unstable(loud):
 
 def test_between_the_computed_points_it_is_the_same_curve(loud):
     """Continued over a part of the range, it has its points elsewhere."""
-    *_, oscillator = parts(LOUD)
-    hertz = parts(LOUD)[2].hertz
-    again = frequency_response(oscillator, 1.9 / hertz, 2.2 / hertz)
+    own = Oscillator.driven(scenario.of(LOUD), 'vertical')
+    hertz = own.hertz
+    again = frequency_response(own, 1.9 / hertz, 2.2 / hertz)
     assert len(again.branches) == 3
     branches = {branch.name: branch for branch in loud.branches}
     ranked = sorted(again.branches, key=lambda path: path.amplitude.mean())
@@ -76,9 +66,10 @@ def test_a_small_motion_of_an_odd_law_is_one_term():
     for amplitude in (0.4, 0.04):
         given = {'platform.law': 'symmetric', 'platform.zeta': 0.1, 'platform.k3_hat': 0.5}
         given |= {'excitation.amplitude.vertical': amplitude}
-        _, platform, scale, oscillator = parts(given)
-        (exact,) = by_harmonic_balance(scale, oscillator, 0.0).branches
-        (rough,) = one_term.predict(scale, *platform.cubic[0], platform.zeta[0]).branches
+        spec = scenario.of(given)
+        own = Oscillator.driven(spec, 'vertical'), *range_hz(spec)
+        (exact,) = by_harmonic_balance(*own).branches
+        (rough,) = one_term.predict(*own).branches
         f = np.geomspace(1.0, 4.0, 50)
         T = [np.interp(f, b.frequency_hz, b.transmissibility) for b in (exact, rough)]
         gaps.append(np.abs(T[0] / T[1] - 1).max())

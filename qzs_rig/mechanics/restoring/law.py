@@ -68,9 +68,17 @@ class RestoringLaw:
         over k1 L20 L0 for rotations it is an energy."""
         return np.stack([v(design, w[..., n]) for n, v in enumerate(self.potentials)], axis=-1)
 
-    def cubic(self, design: Design) -> Cubic:
-        """(c1, c3) of the odd part c1 w + c3 w³, which single-term theory uses."""
-        return tuple((c1, c3) for c1, _, c3 in self.taylor(design))
+    def cubic(self, design: Design, rest: float = 0.0) -> Cubic:
+        """(c1, c3) of the odd part c1 w + c3 w³, which single-term theory uses, the vertical one
+        about w = `rest`."""
+        vertical, *others = ((c1, c3) for c1, _, c3 in self.taylor(design))
+        if rest:
+            # Cauchy's integral, exact to rounding: the laws are analytic within a of the real axis
+            turn = 0.2 * design.a * np.exp(2j * np.pi * np.arange(64) / 64)
+            force = self.bind(np.sqrt)[0](design, rest + turn)
+            c1, c3 = (float(np.mean(force / turn**order).real) for order in (1, 3))
+            vertical = (c1, c3)
+        return vertical, *others
 
     def static_load(self, design: Design) -> tuple[float, ...]:
         """What the source's law is at w = 0, balanced by the payload's weight: b or nothing."""
