@@ -17,12 +17,11 @@ import numpy as np
 from qzs_rig import scenario
 from qzs_rig.design.vertical_motion import Motion
 from qzs_rig.errors import InputError
-from qzs_rig.excitation import QUANTITIES
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.statics import suspension_for
 from qzs_rig.parameters import RunSpec
-from qzs_rig.units import GRAVITY
+from qzs_rig.units import GRAVITY, QUANTITIES
 
 HALF_SPAN = 0.5
 """a of the paper: suspension springs 60 degrees steep before loading. a = 2/3 has the least cubic

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qzs_rig.excitation import QUANTITIES
 from qzs_rig.samples import Array
 from qzs_rig.theory.single_term import SingleTerm, folds, onset_omega, peak, single_term
+from qzs_rig.units import QUANTITIES
 
 FLAT = 1e-9
 """c1 below which the stiffness at the working point is zero, but for rounding."""

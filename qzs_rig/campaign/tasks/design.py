@@ -9,8 +9,8 @@ from qzs_rig.campaign.part import Part, row_by_row
 from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.task import Output, Task
 from qzs_rig.design.proposal import Wish, propose
-from qzs_rig.excitation import QUANTITIES
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.units import QUANTITIES
 
 
 def _wish(name: str, default: float | None, unit: str, text: str) -> Parameter:
