@@ -19,9 +19,8 @@ from scipy.integrate import solve_ivp
 
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.samples import Array
-from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
+from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe, strobe_within
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 
 RUNS, PERIODS, KEEP = 1000, 500, 400

@@ -19,8 +19,8 @@ from qzs_rig.campaign.bank import (
 from qzs_rig.campaign.part import Harvest
 from qzs_rig.campaign.points import Points
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.theory.motion.accuracy import alike, cheapest_steps
 from qzs_rig.theory.motion.batch import Batch
+from qzs_rig.theory.motion.stroboscope import alike, cheapest_steps
 
 INPUTS = (
     *MOTION,

@@ -8,10 +8,9 @@ import numpy as np
 
 from qzs_rig.claims.verdicts import Verdict, judged
 from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.lyapunov import Exponents, exponents
-from qzs_rig.theory.motion.stroboscope import Stroboscope
+from qzs_rig.theory.motion.chaos import Exponents, exponents
+from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe_within
 from qzs_rig.theory.oscillator import oscillator
 from qzs_rig.units import DOFS, TRANSLATIONS
 

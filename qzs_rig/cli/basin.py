@@ -17,8 +17,7 @@ from qzs_rig.report.names import dof_name
 from qzs_rig.report.sheet import Curve, Panel, Regions, Sheet, hue
 from qzs_rig.report.table import Table, number
 from qzs_rig.report.write import csv, npz, pictures
-from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, basin
-from qzs_rig.theory.motion.jump_margin import JumpMargin, jump_margin
+from qzs_rig.theory.motion.basin import LOST, UNSETTLED, Basin, JumpMargin, basin, jump_margin
 from qzs_rig.theory.oscillator import Oscillator
 
 NO_OTHER = 'no kick or rise leads to a motion whose T differs by more than 5 %'

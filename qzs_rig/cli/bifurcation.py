@@ -21,7 +21,7 @@ from qzs_rig.report.table import Table
 from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.batch import RATIOS, SLANT, batch_along
-from qzs_rig.theory.motion.bifurcation import KINDS, Diagram, carried, from_rest
+from qzs_rig.theory.motion.chaos import KINDS, Diagram, carried, from_rest
 
 RANGES = {'zeta': '0.0158:0.158', SLANT: '0.1:1', 'amplitude': '0.02:1', 'omega': '0.05:2'}
 """Figure 13, Figure 14, and what is of interest beyond them."""

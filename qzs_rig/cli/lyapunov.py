@@ -15,9 +15,9 @@ from qzs_rig.report.names import dof_name
 from qzs_rig.report.sheet import GREY, HUES, Band, Curve, Panel, Points, Sheet
 from qzs_rig.report.table import Table, number
 from qzs_rig.report.write import csv, npz, pictures
-from qzs_rig.theory.motion.accuracy import cheapest_steps
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.lyapunov import BATCHES, ENOUGH, SURE, Exponents, exponents
+from qzs_rig.theory.motion.chaos import BATCHES, ENOUGH, SURE, Exponents, exponents
+from qzs_rig.theory.motion.stroboscope import cheapest_steps
 
 
 def add_to(verbs: Any) -> None:

@@ -15,10 +15,9 @@ from qzs_rig.report.names import dof_name
 from qzs_rig.report.sheet import Curve, Panel, Points, Sheet
 from qzs_rig.report.table import Table, number
 from qzs_rig.report.write import csv, npz, pictures
-from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.bifurcation import VISIBLE, Diagram, judged
-from qzs_rig.theory.motion.stroboscope import History, history, strobe
+from qzs_rig.theory.motion.chaos import VISIBLE, Diagram, judged
+from qzs_rig.theory.motion.stroboscope import History, history, strobe, strobe_within
 from qzs_rig.units import TRANSLATIONS
 
 EPILOG = """\

@@ -20,7 +20,7 @@ from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.lyapunov import exponents
+from qzs_rig.theory.motion.chaos import exponents
 from qzs_rig.theory.motion.stroboscope import strobe
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import folds, onset_omega, peak

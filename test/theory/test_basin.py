@@ -10,9 +10,8 @@ from motion_laws import double_well, ueda
 
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.theory.motion.basin import LOST, UNSETTLED, basin
+from qzs_rig.theory.motion.basin import LOST, UNSETTLED, basin, jump_margin
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.jump_margin import jump_margin
 from qzs_rig.theory.motion.stroboscope import history, strobe
 from qzs_rig.theory.oscillator import oscillator
 from qzs_rig.theory.single_term import single_term

@@ -13,7 +13,7 @@ from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.theory.motion import kernels
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.splitting import schedule
+from qzs_rig.theory.motion.kernels import schedule
 from qzs_rig.theory.oscillator import oscillator
 from qzs_rig.units import DOFS
 

@@ -14,8 +14,8 @@ from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring.roots import rsqrt
 from qzs_rig.theory.motion import kernels
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.lyapunov import exponents
-from qzs_rig.theory.motion.splitting import schedule
+from qzs_rig.theory.motion.chaos import exponents
+from qzs_rig.theory.motion.kernels import schedule
 from qzs_rig.theory.motion.stroboscope import strobe
 from qzs_rig.theory.oscillator import oscillator
 

@@ -15,10 +15,9 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring.roots import fast_rsqrt, rsqrt
 from qzs_rig.theory.motion import kernels, sweep
-from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.splitting import DRIFTS, KICKS, kick_weights, schedule
-from qzs_rig.theory.motion.stroboscope import LONGEST, RETURN, history, strobe
+from qzs_rig.theory.motion.kernels import DRIFTS, KICKS, kick_weights, schedule
+from qzs_rig.theory.motion.stroboscope import LONGEST, RETURN, history, strobe, strobe_within
 from qzs_rig.theory.oscillator import oscillator
 from qzs_rig.units import DOFS
 

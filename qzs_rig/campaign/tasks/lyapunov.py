@@ -10,7 +10,7 @@ from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
 from qzs_rig.campaign.task import Output, Task
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.motion.batch import WIDTH
-from qzs_rig.theory.motion.lyapunov import BATCHES, exponents
+from qzs_rig.theory.motion.chaos import BATCHES, exponents
 
 OPTIONS = (
     Parameter('periods', int, 2000, '', 'periods over which a disturbance is followed', BATCHES),

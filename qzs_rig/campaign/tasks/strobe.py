@@ -12,9 +12,8 @@ from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
 from qzs_rig.campaign.task import Output, Task
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.theory.motion.accuracy import strobe_within
 from qzs_rig.theory.motion.batch import WIDTH, Batch
-from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
+from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe, strobe_within
 
 OPTIONS = (
     Parameter('periods', int, 500, '', 'periods of the base, at most', 1),

@@ -1,22 +1,28 @@
-"""Basins of attraction: which motion every start leads to, and how little it takes to change it."""
+"""Basins of attraction: which motion every start leads to, and how far a motion is from a jump: the
+smallest kick, and the smallest rise of the level."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
-from qzs_rig.theory.motion.accuracy import cheapest_steps
 from qzs_rig.theory.motion.batch import Batch
-from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe
+from qzs_rig.theory.motion.stroboscope import Stroboscope, cheapest_steps, history, strobe
 from qzs_rig.theory.oscillator import Oscillator
 
 SAME = 1e-4
 """Figures of one motion agree to this, relative to its size; they are sums over settled cycles."""
 
 LOST, UNSETTLED = -1, -2
+PHASES = 8
+"""Moments of the period at which a kick is tried."""
+TRIES = 64
+"""Sizes that are tried at once; twice, the second time between stay and jump."""
 
 
 @dataclass(frozen=True)
@@ -109,3 +115,117 @@ def _attractor(seen: Stroboscope, mine: NDArray[np.bool_]) -> Attractor:
         velocity=float(seen.end[k, 1]),
         share=float(mine.mean()),
     )
+
+
+@dataclass(frozen=True)
+class JumpMargin:
+    """At one frequency, for the motion `now` that a run from rest settles into: `kick` is the
+    smallest sudden change of dw/dτ, either way and at the worst of eight phases, after which it
+    settles into `other`; `rise` the smallest factor by which the level must go up, until settled,
+    so that it does not come back when the level does. NaN where none up to the largest tried does.
+    """
+
+    omega: float
+    now: Attractor
+    other: Attractor | None
+    kick: float
+    kick_phase_deg: float
+    rise: float
+
+
+def jump_margin(
+    oscillator: Oscillator,
+    omega: float,
+    *,
+    largest_kick: float,
+    largest_rise: float = 4.0,
+    least: float = 0.05,
+    periods: int = 1000,
+    error: float = 1e-5,
+) -> JumpMargin:
+    """Try kicks up to `largest_kick` and levels up to `largest_rise` times the level.
+
+    A motion counts as another where its T differs by more than the share `least`: laws that are not
+    odd, and odd ones by their mirror images, have pairs of motions that differ much less. Good to a
+    thousandth of the largest; a jump that only a band of smaller kicks sets off may be
+    missed. Raises InputError where the run from rest does not settle.
+    """
+    if not (largest_kick > 0.0 and largest_rise > 1.0):
+        raise InputError('a jump margin needs a largest kick above 0 and a largest rise above 1')
+    rest = Batch.of(oscillator, omega)
+    steps = PHASES * math.ceil(cheapest_steps(rest, error) / PHASES)
+    seen = strobe(rest, steps=steps, periods=periods, keep=0)
+    if seen.period[0] < 1:
+        raise InputError(
+            f'the run from rest at omega {omega:g} does not settle within {periods} periods: '
+            'there is no motion to jump from; raise the periods, or see the basin'
+        )
+    trial = _Trial(rest, steps, periods, seen, least)
+    kick, phase, landed = math.nan, math.nan, None
+    for k, (w, velocity) in enumerate(trial.states()):
+        bound = largest_kick if math.isnan(kick) else kick
+        found, there = trial.smallest_kick(w, velocity, 2.0 * math.pi * k / PHASES, bound)
+        if found < bound or (math.isnan(kick) and found <= bound):
+            kick, phase, landed = found, 360.0 * k / PHASES, there
+    rise = trial.smallest_rise(largest_rise)
+    return JumpMargin(omega, attractors(seen)[1][0], landed, kick, phase, rise)
+
+
+class _Trial:
+    """The motion at one frequency, and what it does when disturbed."""
+
+    def __init__(
+        self, rest: Batch, steps: int, periods: int, seen: Stroboscope, least: float
+    ) -> None:
+        self._rest, self._steps, self._periods = rest, steps, periods
+        self._seen, self._least = seen, least
+        self._w, self._velocity = (float(x) for x in seen.end[0])
+
+    def states(self) -> Array:
+        """(8, 2) of the settled motion, over one period of the base."""
+        run = history(self._rest.starting(self._w, self._velocity), 1, self._steps)
+        every = slice(0, self._steps, self._steps // PHASES)
+        return np.stack([run.w[every], run.velocity[every]], axis=-1)
+
+    def smallest_kick(
+        self, w: float, velocity: float, phase: float, bound: float
+    ) -> tuple[float, Attractor | None]:
+        """Smallest kick up to `bound` at a state, and where it leads."""
+        low, best, there = 0.0, math.nan, None
+        for _ in range(2):
+            high = bound if math.isnan(best) else best
+            sizes = np.linspace(low, high, TRIES // 2 + 1)[1:]
+            kicks = np.concatenate([sizes, -sizes])
+            seen = self._run(self._rest[np.zeros(TRIES, int)], w, velocity + kicks, phase)
+            jumped = self._elsewhere(seen)
+            if not jumped.any():
+                break
+            best = float(np.abs(kicks[jumped]).min())
+            first = jumped & (np.abs(kicks) == best)
+            there = attractors(seen[first])[1][0]
+            low = max(0.0, best - bound / (TRIES // 2))
+        return best, there
+
+    def smallest_rise(self, largest: float) -> float:
+        """Smallest factor on the level that leaves the motion elsewhere once it is taken back."""
+        low, best = 1.0, math.nan
+        for _ in range(2):
+            factors = np.linspace(low, largest if math.isnan(best) else best, TRIES + 1)[1:]
+            runs = self._rest[np.zeros(TRIES, int)]
+            raised = replace(runs, amplitude=runs.amplitude * factors)
+            up = self._run(raised, self._w, self._velocity, 0.0)
+            back = self._run(runs, up.end[:, 0], up.end[:, 1], 0.0)
+            jumped = self._elsewhere(back)
+            if not jumped.any():
+                break
+            best = float(factors[jumped].min())
+            low = max(1.0, best - (largest - 1.0) / TRIES)
+        return best
+
+    def _run(self, runs: Batch, w: object, velocity: object, phase: float) -> Stroboscope:
+        started = runs.starting(np.asarray(w), np.asarray(velocity))
+        return strobe(started, steps=self._steps, periods=self._periods, keep=0, phase=phase)
+
+    def _elsewhere(self, seen: Stroboscope) -> NDArray[np.bool_]:
+        change = np.abs(seen.transmissibility) / abs(self._seen.transmissibility[0])
+        return np.asarray((np.abs(change - 1.0) > self._least) & (seen.period > 0))
