@@ -61,19 +61,19 @@ def write_ours(folder: Path, data: Data) -> None:
     with BagWriter(folder, [TopicSpec(topic, IMU) for topic in data]) as bag:
         for first in range(0, len(next(iter(data.values()))[0]), CHUNK):
             for topic, (stamps, rows) in data.items():
-                bag.write_rows(topic, stamps[first : first + CHUNK], rows[first : first + CHUNK])
+                bag.write(topic, stamps[first : first + CHUNK], rows[first : first + CHUNK])
 
 
 def write_ours_at_once(folder: Path, data: Data) -> None:
     with BagWriter(folder, [TopicSpec(topic, IMU) for topic in data]) as bag:
         for topic, (stamps, rows) in data.items():
-            bag.write_rows(topic, stamps, rows)
+            bag.write(topic, stamps, rows)
 
 
 def write_ours_singly(folder: Path, data: Data) -> None:
     with BagWriter(folder, [TopicSpec(topic, IMU) for topic in data]) as bag:
         for stamp_ns, topic, message in interleaved(data):
-            bag.write_one(topic, stamp_ns, message)
+            bag.write(topic, [stamp_ns], [message])
 
 
 def write_mcap(folder: Path, data: Data) -> None:
@@ -167,9 +167,9 @@ def main() -> None:
     total = arguments.samples * len(TOPICS)
     folder = Path(tempfile.mkdtemp(dir=arguments.folder))
     writers = {
-        f'ours, write_rows by {CHUNK}': write_ours,
-        'ours, write_rows at once': write_ours_at_once,
-        'ours, write_one': write_ours_singly,
+        f'ours, rows by {CHUNK}': write_ours,
+        'ours, rows at once': write_ours_at_once,
+        'ours, singly': write_ours_singly,
         'mcap.writer.Writer': write_mcap,
         'rosbags Writer': write_rosbags,
     }

@@ -42,10 +42,11 @@ def _speed(spec: RunSpec, recorded: bool) -> float:
         result = in_process.run(spec)
         return result.rig_s / result.wall_s
     with tempfile.TemporaryDirectory() as scratch:
-        sheet = sheet_of(spec, scenario.DEFAULT, 'benchmark')
+        exciter = ExciterStage(spec, scenario.step_ns_of(spec))
+        sheet = sheet_of(spec, exciter.samples, scenario.DEFAULT, 'benchmark')
         recorder = Recorder(Path(scratch) / 'bag', spec, sheet)
         began = time.perf_counter()
-        result = in_process.run(spec, sheet.start_ns, tap=recorder.keep)
+        result = in_process.run(spec, sheet.start_ns, tap=recorder.keep, exciter=exciter)
         recorder.close(sheet)
         return result.rig_s / (time.perf_counter() - began)
 
@@ -53,7 +54,7 @@ def _speed(spec: RunSpec, recorded: bool) -> float:
 def _peer(spec: RunSpec) -> float:
     """One degree of freedom of the same platform by solve_ivp, at 1e-6."""
     step_ns = scenario.step_ns_of(spec)
-    base = ExciterStage(spec, 0, step_ns).take(round(PEER_S * NS / step_ns)).data
+    base = ExciterStage(spec, step_ns).take(round(PEER_S * NS / step_ns)).data
     platform = Platform.from_spec(spec)
     t = np.arange(len(base)) * step_ns / NS
     motion = CubicHermiteSpline(t, base[:, 0], base[:, 4])

@@ -1,16 +1,17 @@
-"""A uniformly sampled, named and dimensioned piece of a signal: the currency between stages."""
+"""Stamped, named and dimensioned pieces of a signal: the one currency between stages."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import GapError
+from qzs_rig.units import DOFS, displacement_unit
 
 Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
 NS = 1_000_000_000
 
 
@@ -22,62 +23,44 @@ class Channel:
     unit: str
 
 
-@dataclass(frozen=True)
-class TimeHistory:
-    """Samples `data` (n, c) float64; sample k was taken at exactly `start_ns + k * step_ns`."""
+MOTION_CHANNELS = tuple(
+    Channel(f'{dof}.{quantity}', displacement_unit(dof) + per)
+    for quantity, per in (('position', ''), ('velocity', '/s'), ('acceleration', '/s²'))
+    for dof in DOFS
+)
+"""Motion of a plate in the four degrees of freedom."""
 
-    start_ns: int
-    step_ns: int
-    channels: tuple[Channel, ...]
+IMU_CHANNELS = (
+    *(Channel(f'angular_velocity.{axis}', 'rad/s') for axis in 'xyz'),
+    *(Channel(f'linear_acceleration.{axis}', 'm/s²') for axis in 'xyz'),
+)
+"""Readings of an inertial sensor, in its own frame (REP 145)."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Rows `data` (n, c) float64 of `channels` (c), taken at `stamps_ns` (n,) int64.
+
+    The rig's own stamps are exact: start_ns + k * step_ns of its run. A driver's are what it says.
+    """
+
+    stamps_ns: Stamps
     data: Array
+    channels: tuple[Channel, ...]
 
     def __post_init__(self) -> None:
-        if self.data.ndim != 2 or self.data.shape[1] != len(self.channels):
-            raise ValueError(f'data {self.data.shape} does not fit {len(self.channels)} channels')
+        if self.data.shape != (len(self.stamps_ns), len(self.channels)):
+            raise ValueError(
+                f'data {self.data.shape} does not fit {len(self.stamps_ns)} stamps and '
+                f'{len(self.channels)} channels'
+            )
 
     def __len__(self) -> int:
-        return int(self.data.shape[0])
+        return len(self.stamps_ns)
 
-    @property
-    def end_ns(self) -> int:
-        """Stamp of the sample after the last one."""
-        return self.start_ns + len(self) * self.step_ns
-
-    def stamps_ns(self) -> NDArray[np.int64]:
-        """Stamps of all samples, (n,) int64."""
-        return self.start_ns + np.arange(len(self), dtype=np.int64) * self.step_ns
-
-    def slice(self, first: int, last: int) -> TimeHistory:
-        """Samples `first` to `last` (excluded), as a view."""
-        return TimeHistory(
-            self.start_ns + first * self.step_ns,
-            self.step_ns,
-            self.channels,
-            self.data[first:last],
-        )
-
-
-def join(pieces: Sequence[TimeHistory]) -> TimeHistory:
-    """One contiguous history of `pieces`; raises GapError where one does not follow the last."""
-    first = pieces[0]
-    samples = 0
-    for piece in pieces:
-        expected = first.start_ns + samples * first.step_ns
-        if piece.step_ns != first.step_ns or piece.channels != first.channels:
-            raise ValueError('pieces of one history share the step and the channels')
-        if piece.start_ns != expected:
-            jump_ms = (piece.start_ns - expected) / 1e6
-            raise GapError(
-                f'time history jumped by {jump_ms:.3f} ms after sample {samples - 1}; '
-                'raise the QoS depth or lower the rate'
-            )
-        samples += len(piece)
-    return TimeHistory(
-        first.start_ns,
-        first.step_ns,
-        first.channels,
-        np.concatenate([piece.data for piece in pieces]),
-    )
+    def __getitem__(self, part: slice) -> Samples:
+        """Some of the samples, as a view."""
+        return Samples(self.stamps_ns[part], self.data[part], self.channels)
 
 
 def index_of(stamp_ns: int, start_ns: int, step_ns: int) -> int:

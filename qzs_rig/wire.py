@@ -1,31 +1,33 @@
-"""Where messages and arrays meet: the topics of the rig and their bytes. No rclpy, no rosbags.
+"""Where messages and arrays meet: the topics of the rig and their bytes. No rclpy.
 
-Messages are built and read as serialised CDR: publishers send these bytes as they are and raw
-subscriptions deliver them, which is what carries the rig beyond twenty times real time.
+Messages are built and read serialised (CDR): publishers send these bytes as they are and raw
+subscriptions deliver them, which is what carries the rig beyond twenty times real time. The two
+types that come by the thousand are numpy templates; rosbags serialises all others.
 """
 
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.cdr import CdrReader, CdrWriter
 from qzs_rig.errors import InputError
-from qzs_rig.samples import NS, Array
+from qzs_rig.samples import IMU_CHANNELS, MOTION_CHANNELS, NS, Samples
 from qzs_rig.units import DOFS
 
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
 Bytes = NDArray[np.uint8]
-Stamps = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Topic:
+class Topic(NamedTuple):
     """A topic of the rig: relative name, type, history depth, transient local or volatile."""
 
     name: str
@@ -56,6 +58,9 @@ TOPICS: dict[str, Topic] = {
     )
 }
 
+LITTLE_ENDIAN = 1 << 8
+"""The first two bytes of a message, as a number."""
+
 BASE_JOINTS = tuple(f'base_{dof}' for dof in DOFS)
 TOP_JOINTS = tuple(f'top_{dof}' for dof in DOFS)
 LEVEL = {'ok': 0, 'warn': 1, 'error': 2, 'stale': 3}
@@ -69,62 +74,44 @@ def live_topic(dof: str, quantity: str) -> Topic:
 # --- sensor_msgs/Imu -----------------------------------------------------------------------------
 
 
-class ImuBatch(NamedTuple):
-    """Stamps (n,) in ns and readings (n, 6) in the order of sensing.imu.IMU_CHANNELS."""
-
-    stamps_ns: Stamps
-    data: Array
-
-
-def encode_imu(stamps_ns: Stamps, data: Array, frame_id: str) -> Bytes:
-    """One message a row (n, length). Orientation is unreported (covariance -1, REP 145)."""
+def encode_imu(readings: Samples, frame_id: str) -> Bytes:
+    """One message a sample (n, length). Orientation is unreported (covariance -1, REP 145)."""
     layout = _imu_layout(len(frame_id.encode()) + 1)
-    rows = np.zeros(len(stamps_ns), layout)
-    rows['encapsulation'] = 1 << 8
-    rows['sec'], rows['nanosec'] = stamps_ns // NS, stamps_ns % NS
+    rows = np.zeros(len(readings), layout)
+    rows['encapsulation'] = LITTLE_ENDIAN
+    rows['sec'], rows['nanosec'] = np.divmod(readings.stamps_ns, NS)
     rows['frame_length'] = len(frame_id.encode()) + 1
     rows['frame_id'] = frame_id.encode()
     rows['orientation_covariance'][:, 0] = -1.0
-    rows['angular_velocity'] = data[:, :3]
-    rows['linear_acceleration'] = data[:, 3:]
+    rows['angular_velocity'] = readings.data[:, :3]
+    rows['linear_acceleration'] = readings.data[:, 3:]
     return rows.view(np.uint8).reshape(len(rows), layout.itemsize)
 
 
-def decode_imu(messages: Sequence[bytes] | Bytes) -> ImuBatch:
-    """Stamps and readings of serialised Imu messages, from any driver and of any frame_id.
+def decode_imu(messages: Sequence[bytes] | Bytes) -> Samples:
+    """Readings (n, 6) in serialised Imu messages, from any driver and of any frame_id.
 
     `messages` is a sequence of bytes or equal rows (n, length). Raises InputError for bytes that
     are no Imu.
     """
     if len(messages) == 0:
-        return ImuBatch(np.empty(0, np.int64), np.empty((0, 6)))
-    rows = messages if isinstance(messages, np.ndarray) else stack(messages)
-    if rows is not None:
-        return _decode_imu_rows(rows)
-    parts = [_decode_imu_rows(np.frombuffer(raw, np.uint8)[None]) for raw in messages]
-    return ImuBatch(
-        np.concatenate([part.stamps_ns for part in parts]),
-        np.concatenate([part.data for part in parts]),
-    )
+        return Samples(np.empty(0, np.int64), np.empty((0, 6)), IMU_CHANNELS)
+    if isinstance(messages, np.ndarray):
+        return _decode_imu_rows(messages)
+    if len(set(map(len, messages))) == 1:
+        return _decode_imu_rows(
+            np.frombuffer(b''.join(messages), np.uint8).reshape(len(messages), -1)
+        )
+    return _joined([_decode_imu_rows(np.frombuffer(raw, np.uint8)[None]) for raw in messages])
 
 
-def stack(messages: Sequence[bytes]) -> Bytes | None:
-    """Messages as equal rows (n, length), or None where their lengths differ."""
-    length = len(messages[0])
-    if any(len(message) != length for message in messages):
-        return None
-    return np.frombuffer(b''.join(messages), np.uint8).reshape(len(messages), length)
-
-
-def _decode_imu_rows(rows: Bytes) -> ImuBatch:
+def _decode_imu_rows(rows: Bytes) -> Samples:
     if rows.shape[1] < 16:
         raise InputError(f'a message of {rows.shape[1]} bytes is no sensor_msgs/msg/Imu')
     lengths = np.ascontiguousarray(rows[:, 12:16]).view('<u4')[:, 0]
     layout = _imu_layout(int(lengths[0])) if lengths[0] < 4096 else None
-    same_frame = bool((lengths == lengths[0]).all())
-    if layout is not None and not same_frame:
-        parts = [_decode_imu_rows(row[None]) for row in rows]
-        return ImuBatch(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    if layout is not None and (lengths != lengths[0]).any():
+        return _joined([_decode_imu_rows(row[None]) for row in rows])
     if layout is None or rows.shape[1] != layout.itemsize or (rows[:, 1] != 1).any():
         raise InputError(
             f'a message of {rows.shape[1]} bytes is no sensor_msgs/msg/Imu; '
@@ -132,7 +119,13 @@ def _decode_imu_rows(rows: Bytes) -> ImuBatch:
         )
     imu = np.ascontiguousarray(rows).view(layout)[:, 0]
     stamps = imu['sec'].astype(np.int64) * NS + imu['nanosec']
-    return ImuBatch(stamps, np.hstack([imu['angular_velocity'], imu['linear_acceleration']]))
+    data = np.hstack([imu['angular_velocity'], imu['linear_acceleration']])
+    return Samples(stamps, data, IMU_CHANNELS)
+
+
+def _joined(parts: Sequence[Samples]) -> Samples:
+    stamps_ns = np.concatenate([part.stamps_ns for part in parts])
+    return Samples(stamps_ns, np.concatenate([part.data for part in parts]), IMU_CHANNELS)
 
 
 @lru_cache(maxsize=64)
@@ -153,16 +146,6 @@ def _imu_layout(frame_length: int) -> np.dtype[np.void]:
 
 # --- trajectory_msgs/JointTrajectory -------------------------------------------------------------
 
-
-class MotionChunk(NamedTuple):
-    """Base motion (n, 12): position, velocity, acceleration of the four degrees of freedom, at
-    `start_ns` and every `step_ns` from there (step 0 where the chunk has one sample)."""
-
-    start_ns: int
-    step_ns: int
-    data: Array
-
-
 # doubles of a point start on a multiple of 8, which puts the next point's length just before them
 _POINT = np.dtype(
     {
@@ -174,52 +157,64 @@ _POINT = np.dtype(
 )
 
 
-def encode_motion(start_ns: int, step_ns: int, data: Array) -> bytes:
-    """A JointTrajectory whose point k is due k * step_ns after the header's stamp."""
-    return encode_motions(np.array([start_ns]), step_ns, data[None]).tobytes()
+def encode_motion(motion: Samples) -> bytes:
+    """A JointTrajectory of all samples, at least one."""
+    return encode_motions(motion, len(motion)).tobytes()
 
 
-def encode_motions(starts_ns: Stamps, step_ns: int, data: Array) -> Bytes:
-    """Many trajectories at once: starts (m,), data (m, n, 12) -> messages (m, length)."""
-    m, n = data.shape[:2]
-    head = np.frombuffer(_motion_head(n), np.uint8)
-    points = np.zeros((m, n), _POINT)
+def encode_motions(motion: Samples, n: int) -> Bytes:
+    """Base motion as JointTrajectory messages (m, length) of `n` samples each, which divide it.
+
+    The stamp is that of a message's first sample; each point is due after it at its own.
+    """
+    stamps, data = motion.stamps_ns.reshape(-1, n), motion.data.reshape(-1, n, len(MOTION_CHANNELS))
+    points = np.zeros(stamps.shape, _POINT)
     points['position'], points['velocity'] = data[..., :4], data[..., 4:8]
     points['acceleration'] = data[..., 8:]
     points['n_v'] = points['n_a'] = points['n_p'] = len(DOFS)
-    due = np.arange(n, dtype=np.int64) * step_ns
-    points['sec'], points['ns'] = due // NS, due % NS
+    points['sec'], points['ns'] = np.divmod(stamps - stamps[:, :1], NS)
     # no length follows the last point; strict readers refuse trailing bytes
-    body = points.view(np.uint8).reshape(m, n * _POINT.itemsize)[:, :-4]
-    rows = np.concatenate([np.tile(head, (m, 1)), body], axis=1)
-    stamps = np.stack([starts_ns // NS, starts_ns % NS], axis=1)
-    rows[:, 4:12] = stamps.astype('<i4').view(np.uint8)
-    return rows
+    body = points.view(np.uint8).reshape(len(stamps), n * _POINT.itemsize)[:, :-4]
+    head = np.tile(np.frombuffer(_motion_head(n), np.uint8), (len(stamps), 1))
+    head[:, 4:12] = np.stack(np.divmod(stamps[:, 0], NS), axis=1).astype('<i4').view(np.uint8)
+    return np.concatenate([head, body], axis=1)
 
 
 def stamp_of(message: bytes) -> int:
-    """Stamp in ns of any message that starts with a std_msgs/Header."""
-    return CdrReader(message).time()
+    """Stamp in ns of any message that starts with a std_msgs/Header or a stamp."""
+    try:
+        encapsulation, seconds, nanoseconds = struct.unpack_from('<HxxiI', message)
+    except struct.error:
+        raise InputError(f'a message of {len(message)} bytes has no stamp') from None
+    if encapsulation != LITTLE_ENDIAN:
+        raise InputError(
+            f'message starts with {bytes(message[:4]).hex()}, not with little-endian CDR; '
+            'record it with an XCDR1 middleware'
+        )
+    return int(seconds) * NS + int(nanoseconds)
 
 
-def decode_motion(message: bytes) -> MotionChunk:
-    """The chunk in a serialised JointTrajectory; raises InputError where it is not the rig's."""
-    reader = CdrReader(message)
-    start_ns = reader.time()
-    reader.string()
-    joints = tuple(reader.string() for _ in range(min(reader.u32(), 64)))
+def decode_motion(message: bytes) -> Samples:
+    """The motion (n, 12) in a serialised JointTrajectory; InputError where it is not the rig's."""
+    start_ns = stamp_of(message)
+    try:
+        _, at = _strings(message, 12, 1)
+        (count,) = struct.unpack_from('<I', message, at)
+        joints, at = _strings(message, at + 4, min(count, 64))
+        (n,) = struct.unpack_from('<I', message, at)
+    except struct.error:
+        raise InputError(f'base/motion: a message of {len(message)} bytes is torn') from None
     if joints != BASE_JOINTS:
         raise InputError(
             f'base/motion names joints {", ".join(joints) or "none"}; expected '
             f'{", ".join(BASE_JOINTS)}'
         )
-    n = reader.u32()
     if n == 0:
-        return MotionChunk(start_ns, 0, np.empty((0, 12)))
-    first_length = reader.u32()
-    reader.align(8)
+        return Samples(np.empty(0, np.int64), np.empty((0, 12)), MOTION_CHANNELS)
+    first_length = int.from_bytes(message[at + 4 : at + 8], 'little')
+    first = at + 8 + -(at + 4) % 8
     # the last point is not followed by a length, and middlewares differ in padding there
-    body = message[reader.offset : reader.offset + n * _POINT.itemsize]
+    body = message[first : first + n * _POINT.itemsize]
     if n * _POINT.itemsize - len(body) not in (0, 4) or first_length != len(DOFS):
         raise _foreign_motion()
     points = np.frombuffer(body.ljust(n * _POINT.itemsize, b'\x00'), _POINT)
@@ -227,25 +222,29 @@ def decode_motion(message: bytes) -> MotionChunk:
     if not lengths_fit or points['n_e'].any() or (points['n_p'][:-1] != 4).any():
         raise _foreign_motion()
     due = points['sec'].astype(np.int64) * NS + points['ns']
-    step_ns = int(due[1] - due[0]) if n > 1 else 0
-    if due[0] != 0 or (np.diff(due) != step_ns).any():
+    if due[0] != 0 or np.diff(due, n=2).any():
         raise InputError('base/motion: time_from_start must rise in equal steps from 0')
     data = np.hstack([points['position'], points['velocity'], points['acceleration']])
-    return MotionChunk(start_ns, step_ns, data)
+    return Samples(start_ns + due, data, MOTION_CHANNELS)
+
+
+def _strings(message: bytes, at: int, count: int) -> tuple[tuple[str, ...], int]:
+    """`count` strings from byte `at` on, and where the next field of four bytes begins."""
+    found = []
+    for _ in range(count):
+        (length,) = struct.unpack_from('<I', message, at)
+        (text,) = struct.unpack_from(f'{min(length, len(message))}s', message, at + 4)
+        found.append(text[:-1].decode(errors='replace'))
+        at += 4 + length + -length % 4
+    return tuple(found), at
 
 
 @lru_cache(maxsize=64)
 def _motion_head(points: int) -> bytes:
     """Everything before the first double of a trajectory, its stamp still 0."""
-    writer = CdrWriter()
-    writer.time(0)
-    writer.string('base_plate')
-    writer.strings(BASE_JOINTS)
-    writer.u32(points)
-    if points:
-        writer.u32(len(DOFS))
-        writer.align(8)
-    return writer.bytes()
+    empty = _serialised(BASE_MOTION.type, _header(0, 'base_plate'), list(BASE_JOINTS), [])
+    head = empty[:-4] + struct.pack('<II', points, len(DOFS))
+    return head + bytes(-(len(head) - 4) % 8)
 
 
 def _foreign_motion() -> InputError:
@@ -257,48 +256,43 @@ def _foreign_motion() -> InputError:
 # --- small messages ------------------------------------------------------------------------------
 
 
-def encode_joint_states(stamp_ns: int, base: Array, top: Array) -> bytes:
-    """sensor_msgs/JointState of the base, and of the top relative to it, from motion rows (12,);
-    of a coupled top (18,) the four named degrees of freedom."""
-    writer = CdrWriter()
-    writer.time(stamp_ns)
-    writer.string('')
-    writer.strings(BASE_JOINTS + TOP_JOINTS)
-    relative = top[:12] - base
-    writer.f64s([*base[:4].tolist(), *relative[:4].tolist()])
-    writer.f64s([*base[4:8].tolist(), *relative[4:8].tolist()])
-    writer.f64s([])
-    return writer.bytes()
+def encode_joint_states(base: Samples, top: Samples) -> bytes:
+    """sensor_msgs/JointState of the last sample: the base, and the top (n, 12 or 18) relative to
+    it in the four named degrees of freedom."""
+    row = base.data[-1]
+    relative = top.data[-1, :12] - row
+    return _serialised(
+        JOINT_STATES.type,
+        _header(int(base.stamps_ns[-1]), ''),
+        [*BASE_JOINTS, *TOP_JOINTS],
+        np.concatenate([row[:4], relative[:4]]),
+        np.concatenate([row[4:8], relative[4:8]]),
+        np.empty(0),
+    )
 
 
 def encode_clock(stamp_ns: int) -> bytes:
     """rosgraph_msgs/Clock."""
-    writer = CdrWriter()
-    writer.time(stamp_ns)
-    return writer.bytes()
+    return _serialised(CLOCK.type, _time(stamp_ns))
 
 
 def encode_float(value: float) -> bytes:
     """std_msgs/Float64."""
-    writer = CdrWriter()
-    writer.f64(float(value))
-    return writer.bytes()
+    return _serialised('std_msgs/msg/Float64', float(value))
 
 
 def encode_json(document: Mapping[str, Any]) -> bytes:
     """std_msgs/String holding a JSON document."""
-    writer = CdrWriter()
-    writer.string(json.dumps(document, allow_nan=False))
-    return writer.bytes()
+    return _serialised(RUN.type, json.dumps(document, allow_nan=False))
 
 
 def decode_json(message: bytes, topic: str = RUN.name) -> dict[str, Any]:
     """The JSON document in a std_msgs/String; raises InputError, naming `topic`, for anything
     else."""
-    text = CdrReader(message).string()
+    text = _deserialised(RUN.type, message).data
     try:
         document = json.loads(text)
-    except json.JSONDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f'{topic} holds no JSON: {error}') from error
     if not isinstance(document, dict):
         raise InputError(f'{topic} holds a JSON {type(document).__name__}, expected an object')
@@ -317,36 +311,54 @@ class Status:
 
 def encode_status(status: Status) -> bytes:
     """diagnostic_msgs/DiagnosticStatus."""
-    writer = CdrWriter()
-    _write_status(writer, status)
-    return writer.bytes()
+    return _serialised(PLATFORM_STATUS.type, *_status_fields(status))
 
 
 def decode_status(message: bytes) -> Status:
-    """The Status in a serialised DiagnosticStatus."""
-    reader = CdrReader(message)
-    level = reader.byte()
-    name, text, _ = reader.string(), reader.string(), reader.string()
-    pairs = [(reader.string(), reader.string()) for _ in range(reader.u32())]
-    return Status(name, level, text, dict(pairs))
+    """The Status in a serialised DiagnosticStatus; raises InputError where it is none."""
+    read = _deserialised(PLATFORM_STATUS.type, message)
+    values = {pair.key: pair.value for pair in read.values}
+    return Status(read.name, read.level, read.message, values)
 
 
 def encode_diagnostics(stamp_ns: int, status: Status) -> bytes:
     """diagnostic_msgs/DiagnosticArray with one status."""
-    writer = CdrWriter()
-    writer.time(stamp_ns)
-    writer.string('')
-    writer.u32(1)
-    _write_status(writer, status)
-    return writer.bytes()
+    one = _message(PLATFORM_STATUS.type, *_status_fields(status))
+    return _serialised(DIAGNOSTICS.type, _header(stamp_ns, ''), [one])
 
 
-def _write_status(writer: CdrWriter, status: Status) -> None:
-    writer.byte(status.level)
-    writer.string(status.name)
-    writer.string(status.message)
-    writer.string('qzs_rig')
-    writer.u32(len(status.values))
-    for key, value in status.values.items():
-        writer.string(key)
-        writer.string(value)
+def _status_fields(status: Status) -> tuple[Any, ...]:
+    pairs = [_message('diagnostic_msgs/msg/KeyValue', *pair) for pair in status.values.items()]
+    return status.level, status.name, status.message, 'qzs_rig', pairs
+
+
+def _time(stamp_ns: int) -> Any:
+    return _message('builtin_interfaces/msg/Time', *divmod(stamp_ns, NS))
+
+
+def _header(stamp_ns: int, frame_id: str) -> Any:
+    return _message('std_msgs/msg/Header', _time(stamp_ns), frame_id)
+
+
+def _message(kind: str, *fields: Any) -> Any:
+    return _store().types[kind](*fields)
+
+
+def _serialised(kind: str, *fields: Any) -> bytes:
+    return bytes(_store().serialize_cdr(_message(kind, *fields), kind, little_endian=True))
+
+
+def _deserialised(kind: str, message: bytes) -> Any:
+    from rosbags.serde import SerdeError
+
+    try:
+        return _store().deserialize_cdr(message, kind)
+    except SerdeError as error:
+        raise InputError(f'a message of {len(message)} bytes is no {kind}: {error}') from error
+
+
+def _store() -> Typestore:
+    """The messages of Kilted; imported when the first one is met."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_KILTED)

@@ -18,7 +18,7 @@ def test_every_scenario_loads_builds_and_survives_its_yaml(name, tmp_path):
     spec = scenario.load(name)
     Platform.from_spec(spec)
     try:
-        ExciterStage(spec, 0, scenario.step_ns_of(spec))
+        ExciterStage(spec, scenario.step_ns_of(spec))
     except LimitError:
         assert name == 'paper_test'
     path = tmp_path / 'again.yaml'

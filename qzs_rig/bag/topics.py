@@ -8,23 +8,16 @@ from functools import lru_cache
 
 from qzs_rig.errors import BagError
 
-RELIABILITIES = ('reliable', 'best_effort')
-DURABILITIES = ('volatile', 'transient_local')
-
 
 @dataclass(frozen=True)
 class TopicSpec:
-    """A topic to record, with the profile its publisher offers (keep last `depth`)."""
+    """A topic to record, with the profile its publisher offers: reliable, keep last `depth`,
+    `latched` for late joiners or volatile."""
 
     name: str
     msgtype: str
     depth: int = 2000
-    reliability: str = 'reliable'
-    durability: str = 'volatile'
-
-    def __post_init__(self) -> None:
-        refuse_unknown('reliability', self.reliability, RELIABILITIES)
-        refuse_unknown('durability', self.durability, DURABILITIES)
+    latched: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,17 +78,12 @@ def definition_of(msgtype: str) -> tuple[str, str]:
 
 def qos_text(spec: TopicSpec) -> str:
     """The offered profile as rosbag2 writes it (metadata version 9)."""
+    durability = 'transient_local' if spec.latched else 'volatile'
     for_ever = '\n    sec: 9223372036\n    nsec: 854775807'
     return (
         f'- history: keep_last\n  depth: {spec.depth}\n'
-        f'  reliability: {spec.reliability}\n  durability: {spec.durability}\n'
+        f'  reliability: reliable\n  durability: {durability}\n'
         f'  deadline:{for_ever}\n  lifespan:{for_ever}\n'
         f'  liveliness: automatic\n  liveliness_lease_duration:{for_ever}\n'
         '  avoid_ros_namespace_conventions: false'
     )
-
-
-def refuse_unknown(name: str, value: str, known: tuple[str, ...]) -> None:
-    """Raise BagError for a value outside `known`."""
-    if value not in known:
-        raise BagError(f'{name} {value!r} of a topic is unknown; take one of {", ".join(known)}')

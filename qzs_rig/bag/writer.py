@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from itertools import pairwise
+from itertools import groupby
 from pathlib import Path
 from types import TracebackType
 
@@ -30,14 +30,12 @@ CHUNK_BYTES = 1 << 20
 LARGEST_MESSAGE = 32 << 20
 """Above, the chunk would be refused by the reader's limits."""
 
-LOOSE_MESSAGES = 1024
-
 
 class BagWriter:
     """Writes `<folder>/<folder name>_0.mcap` and metadata.yaml; log time = publish time = stamp.
 
     A chunk is handed to the system every 0.2 s of stamp time and every 0.25 s of wall time, the
-    latter only while `write…` or `tick` are called: own a timer that calls `tick`. Not for use
+    latter only while `write` or `tick` are called: own a timer that calls `tick`. Not for use
     from several threads at once. The same calls give the same bytes unless the wall clock cut a
     chunk (`wall_cuts`); the messages and their order are the same in any case.
     """
@@ -56,10 +54,6 @@ class BagWriter:
         self.path = new_folder(folder) / f'{Path(folder).resolve().name}_0.mcap'
         self.wall_cuts = 0
         self._channels = {channel.topic: channel for channel in channels}
-        self._loose: dict[str, tuple[list[int], list[bytes]]] = {
-            x.topic: ([], []) for x in channels
-        }
-        self._loose_messages = 0
         self._clock = clock
         self._next_cut_ns: int | None = None
         self._wall_limit = math.inf
@@ -69,54 +63,19 @@ class BagWriter:
             self._file.begin(channels)
             save_metadata(self.path.parent, self._information())
 
-    def write_rows(self, topic: str, stamps_ns: ArrayLike, rows: Bytes) -> None:
-        """Messages of one length: stamps (n,), rows (n, length) uint8."""
-        channel = self._open_channel(topic)
-        stamps = _checked_stamps(stamps_ns, len(rows))
-        if rows.ndim != 2 or rows.dtype != np.uint8:
-            raise ValueError(f'rows {rows.dtype} {rows.shape} are not (n, length) uint8')
-        if len(rows):
-            _check_length(channel.topic, rows.shape[1])
-            with self._reporting_disk():
-                self._fold()
-                self._file.append_rows(channel.id, stamps, rows)
-                self._cut_if_due(int(stamps.max()))
-
-    def write(self, topic: str, stamps_ns: ArrayLike, messages: Sequence[bytes]) -> None:
-        """Messages of any length: stamps (n,), n messages."""
+    def write(self, topic: str, stamps_ns: ArrayLike, messages: Sequence[bytes] | Bytes) -> None:
+        """n messages at `stamps_ns` (n,): of any length, or rows (n, length) uint8."""
         channel = self._open_channel(topic)
         stamps = _checked_stamps(stamps_ns, len(messages))
-        for message in messages:
-            _check_length(channel.topic, len(message))
-        if len(messages):
-            with self._reporting_disk():
-                self._fold()
-                self._append(channel.id, stamps, messages)
-                self._cut_if_due(int(stamps.max()))
-
-    def write_one(self, topic: str, stamp_ns: int, message: bytes) -> None:
-        """One message, cheap enough for a callback: gathered and written with its neighbours."""
-        if topic not in self._loose or self._closed:
-            topic = self._open_channel(topic).topic
-        if not 4 <= len(message) <= LARGEST_MESSAGE or stamp_ns < 0:
-            _check_length(topic, len(message))
-            _checked_stamps([stamp_ns], 1)
-        stamps, messages = self._loose[topic]
-        stamps.append(stamp_ns)
-        messages.append(message)
-        self._loose_messages += 1
-        if (
-            self._loose_messages >= LOOSE_MESSAGES
-            or self._next_cut_ns is None
-            or stamp_ns >= self._next_cut_ns
-            or self._wall_limit == math.inf
-        ):
-            with self._reporting_disk():
-                if self._loose_messages >= LOOSE_MESSAGES:
-                    self._fold()
-                self._cut_if_due(stamp_ns)
-        else:
-            self.tick()
+        parts = _equal_rows(channel.topic, messages)
+        if not parts:
+            return
+        latest_ns = int(stamps.max())
+        with self._reporting_disk():
+            for rows in parts:
+                self._file.append_rows(channel.id, stamps[: len(rows)], rows)
+                stamps = stamps[len(rows) :]
+            self._cut_if_due(latest_ns)
 
     def tick(self) -> None:
         """Hand over what has waited for 0.25 s of wall time; for the owner's timer."""
@@ -128,7 +87,6 @@ class BagWriter:
         """Hand everything written so far to the system."""
         if not self._closed:
             with self._reporting_disk():
-                self._fold()
                 self._file.flush()
                 self._wall_limit = math.inf
 
@@ -137,7 +95,6 @@ class BagWriter:
         if self._closed:
             return
         with self._reporting_disk():
-            self._fold()
             self._file.flush()
             self._finish()
 
@@ -160,27 +117,6 @@ class BagWriter:
         except KeyError:
             known = ', '.join(self._channels)
             raise BagError(f'topic {topic!r} is not recorded here; take one of {known}') from None
-
-    def _fold(self) -> None:
-        """Single messages into the open chunk, topic by topic."""
-        if not self._loose_messages:
-            return
-        loose = self._loose
-        self._loose = {topic: ([], []) for topic in loose}
-        self._loose_messages = 0
-        for topic, (stamps, messages) in loose.items():
-            if messages:
-                channel = self._channels[topic].id
-                self._append(channel, np.array(stamps, dtype=np.int64), messages)
-
-    def _append(self, channel: int, stamps_ns: Stamps, messages: Sequence[bytes]) -> None:
-        """Equal neighbours in length go together, so that a fixed-size topic is one block."""
-        lengths = np.fromiter(map(len, messages), dtype=np.int64, count=len(messages))
-        cuts = [0, *(np.flatnonzero(np.diff(lengths)) + 1).tolist(), len(messages)]
-        for first, last in pairwise(cuts):
-            packed = np.frombuffer(b''.join(messages[first:last]), dtype=np.uint8)
-            rows = packed.reshape(last - first, -1)
-            self._file.append_rows(channel, stamps_ns[first:last], rows)
 
     def _cut_if_due(self, stamp_ns: int) -> None:
         """Close the chunk when a stamp passes the grid, else see that the wall clock will."""
@@ -235,6 +171,22 @@ def _channels(topics: Sequence[TopicSpec]) -> list[Channel]:
         if names.count(name) > 1:
             raise BagError(f'topic {name!r} is listed {names.count(name)} times; list it once')
     return [declare(spec, number) for number, spec in enumerate(topics, start=1)]
+
+
+def _equal_rows(topic: str, messages: Sequence[bytes] | Bytes) -> list[Bytes]:
+    """Messages as rows (m, length): equal neighbours in length go together, so that a topic of one
+    size is one block."""
+    if not isinstance(messages, np.ndarray):
+        for length in set(map(len, messages)):
+            _check_length(topic, length)
+        groups = [(length, b''.join(equal)) for length, equal in groupby(messages, len)]
+        return [np.frombuffer(data, np.uint8).reshape(-1, length) for length, data in groups]
+    if messages.ndim != 2 or messages.dtype != np.uint8:
+        raise ValueError(f'rows {messages.dtype} {messages.shape} are not (n, length) uint8')
+    if not len(messages):
+        return []
+    _check_length(topic, messages.shape[1])
+    return [messages]
 
 
 def _checked_stamps(stamps_ns: ArrayLike, count: int) -> Stamps:

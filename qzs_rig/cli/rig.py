@@ -78,7 +78,7 @@ def refuse_bad(spec: RunSpec) -> None:
     TrackedSineSettings.from_spec(spec)
     if spec.text('analyzer.source') != 'rig':
         raise InputError('analyzer.source must be rig here; run the analyzer node alone instead')
-    ExciterStage(spec, 0, step_ns)
+    ExciterStage(spec, step_ns)
     PlatformStage(spec.override({'platform.kernel': 'python'}), step_ns)
 
 

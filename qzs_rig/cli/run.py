@@ -21,7 +21,7 @@ from qzs_rig.run import in_process, runfolder
 from qzs_rig.run.recording import Recording
 from qzs_rig.run.sheet import RunSheet, SheetState
 from qzs_rig.run.stages import ExciterStage, PlatformOutput
-from qzs_rig.samples import NS, TimeHistory
+from qzs_rig.samples import NS, Samples
 
 PENDING = 8
 """Chunks that may wait for the disk."""
@@ -47,7 +47,8 @@ def execute(options: argparse.Namespace) -> int:
     run_id = uuid.uuid4().hex[:8]
     folder = options.out or runfolder.new_folder(options.scenario, run_id)
     files.refuse_occupied(folder)
-    sheet = sheet_of(spec, options.scenario, run_id)
+    exciter = ExciterStage(spec, scenario.step_ns_of(spec))
+    sheet = sheet_of(spec, exciter.samples, options.scenario, run_id)
     recorder = None if options.no_bag else Recorder(folder, spec, sheet)
     predictions = predict(spec)
     progress = bar(sheet.samples * sheet.step_ns / NS, 's', 'run')
@@ -58,6 +59,7 @@ def execute(options: argparse.Namespace) -> int:
             tap=recorder.keep if recorder else None,
             progress=lambda done, _: progress.update(done * sheet.step_ns / NS - progress.n),
             predictions=predictions,
+            exciter=exciter,
         )
     except (RigError, KeyboardInterrupt) as error:
         reason = str(error) or 'stopped by the operator'
@@ -89,11 +91,11 @@ def execute(options: argparse.Namespace) -> int:
     return present(options, document, result.estimate, spec, folder, predictions)
 
 
-def sheet_of(spec: RunSpec, name: str, run_id: str) -> RunSheet:
-    step_ns = scenario.step_ns_of(spec)
+def sheet_of(spec: RunSpec, samples: int, name: str, run_id: str) -> RunSheet:
+    """The sheet of a run in process that begins now."""
     return RunSheet(
-        step_ns=step_ns,
-        samples=ExciterStage(spec, 0, step_ns).samples,
+        step_ns=scenario.step_ns_of(spec),
+        samples=samples,
         mode='in_process',
         chunk=spec.count('run.chunk'),
         spec=dict(spec),
@@ -115,23 +117,19 @@ class Recorder:
         self._writer = ThreadPoolExecutor(max_workers=1)
         self._pending: deque[Future[None]] = deque()
 
-    def keep(self, base: TimeHistory, out: PlatformOutput) -> None:
+    def keep(self, base: Samples, out: PlatformOutput) -> None:
         """One chunk of the run; waits where the disk is far behind."""
         self._pending.append(self._writer.submit(self._keep, base, out))
         while len(self._pending) > PENDING:
             self._pending.popleft().result()
 
-    def _keep(self, base: TimeHistory, out: PlatformOutput) -> None:
-        stamps = base.stamps_ns()
-        chunk = self._sheet.chunk
-        whole = len(base) // chunk * chunk
-        for first, last, n in ((0, whole, chunk), (whole, len(base), len(base) - whole)):
-            if last > first:
-                data = base.data[first:last].reshape(-1, n, base.data.shape[1])
-                starts = stamps[first:last:n]
-                self._recording.motions(starts, wire.encode_motions(starts, base.step_ns, data))
-        self._recording.base(wire.encode_imu(stamps, out.base_imu.data, 'base_imu_link'))
-        self._recording.top(wire.encode_imu(stamps, out.top_imu.data, 'top_imu_link'))
+    def _keep(self, base: Samples, out: PlatformOutput) -> None:
+        whole = len(base) // self._sheet.chunk * self._sheet.chunk
+        for part, n in ((base[:whole], self._sheet.chunk), (base[whole:], len(base) - whole)):
+            if len(part):
+                self._recording.motion(part.stamps_ns[::n], wire.encode_motions(part, n))
+        self._recording.base(base.stamps_ns, wire.encode_imu(out.base_imu, 'base_imu_link'))
+        self._recording.top(base.stamps_ns, wire.encode_imu(out.top_imu, 'top_imu_link'))
 
     def close(self, sheet: RunSheet) -> None:
         """Keep the last sheet and finish the bag."""

@@ -15,9 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import GapError
-from qzs_rig.samples import NS, Array
-
-Stamps = NDArray[np.int64]
+from qzs_rig.samples import NS, Array, Stamps
 
 FIRST = 64
 """Samples of each stream from which the nominal step is estimated."""

@@ -9,13 +9,11 @@ import numpy as np
 
 from qzs_rig.errors import InputError
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.samples import Array
+from qzs_rig.samples import IMU_CHANNELS, Array
 from qzs_rig.units import DOFS, TRANSLATIONS
 
-FIELDS = tuple(
-    f'{kind}.{axis}' for kind in ('angular_velocity', 'linear_acceleration') for axis in 'xyz'
-)
-"""Columns of an Imu reading, in the order of sensing.imu.IMU_CHANNELS."""
+FIELDS = tuple(channel.name for channel in IMU_CHANNELS)
+"""Columns of an Imu reading."""
 
 PLATES = ('base', 'top')
 

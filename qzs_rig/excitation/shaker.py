@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from qzs_rig.errors import LimitError
@@ -73,6 +75,7 @@ def _amplitude_reasons(drive: Drive, spec: RunSpec) -> list[str]:
     return reasons
 
 
+@lru_cache(maxsize=1)  # an exciter weighs its plan when it is configured and when it begins
 def _peaks(drive: Drive) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     peak = np.zeros(3 * len(DOFS))
     for first in range(0, drive.samples, _BLOCK):

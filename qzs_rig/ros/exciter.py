@@ -33,11 +33,11 @@ class Exciter(Lead):
     def open(self) -> None:
         super().open()
         self.publisher(wire.BASE_MOTION)
-        self._stage = ExciterStage(self.spec, 0, step_ns_of(self.spec))  # refuses a bad plan now
+        self._stage = ExciterStage(self.spec, step_ns_of(self.spec))  # refuses a bad plan now
 
     def prepare(self) -> RunSheet:
         step_ns = step_ns_of(self.spec)
-        self._stage = ExciterStage(self.spec, 0, step_ns)
+        self._stage = ExciterStage(self.spec, step_ns)  # of the parameters of now
         return RunSheet(
             step_ns=step_ns,
             samples=self._stage.samples,
@@ -50,14 +50,12 @@ class Exciter(Lead):
         return ['a subscriber of base/motion'] if self.peers else []
 
     def arm(self, start_ns: int) -> int:
-        run = self.run
-        self._stage = ExciterStage(self.spec, start_ns, run.sheet.step_ns, run.predictions)
+        self.stage.start(start_ns, self.run.predictions)
         return start_ns
 
     def feed(self, n: int) -> int:
         motion = self.stage.take(n)
-        raw = wire.encode_motion(motion.start_ns, motion.step_ns, motion.data)
-        self.publish(wire.BASE_MOTION, raw)
+        self.publish(wire.BASE_MOTION, wire.encode_motion(motion))
         if self.stage.stopped and not self.run.abort_reason:
             self._ramp_down(self.stage.stopped)
         return len(motion)

@@ -12,8 +12,8 @@ from qzs_rig.errors import GapError
 from qzs_rig.ros.follower import Follower
 from qzs_rig.ros.process import leave, run
 from qzs_rig.run.sheet import RunSheet, SheetState
-from qzs_rig.run.stages import MOTION_CHANNELS, PlatformStage
-from qzs_rig.samples import NS, TimeHistory, index_of
+from qzs_rig.run.stages import PlatformStage
+from qzs_rig.samples import NS, Samples, index_of
 from qzs_rig.units import DOFS
 
 JOINT_STATES_S = 1.0 / 60.0
@@ -58,30 +58,28 @@ class Platform(Follower):
         if not self.busy or self._stage is None or self.sheet is None:
             return
         sheet = self.sheet
-        chunk = wire.decode_motion(raw)
-        index = index_of(chunk.start_ns, sheet.start_ns, sheet.step_ns)
-        if index != self.index or chunk.step_ns not in (0, sheet.step_ns):
+        base = wire.decode_motion(raw)
+        if not len(base):
+            return
+        index = index_of(int(base.stamps_ns[0]), sheet.start_ns, sheet.step_ns)
+        if index != self.index or (np.diff(base.stamps_ns) != sheet.step_ns).any():
             raise GapError(
                 f'base motion jumped from sample {self.index} to {index}; the run cannot go on: '
                 'raise the QoS depth, lower run.rate, or use run.mode lockstep'
             )
-        base = TimeHistory(chunk.start_ns, sheet.step_ns, MOTION_CHANNELS, chunk.data)
         out = self._stage.push(base)
         self._publish(out.base_imu, out.top_imu)
         self.index += len(base)
         if sheet.mode == 'lockstep':
-            self.publish(wire.CLOCK, wire.encode_clock(base.end_ns - base.step_ns))
+            self.publish(wire.CLOCK, wire.encode_clock(int(base.stamps_ns[-1])))
             self.say()
         if time.monotonic() - self._joints_at > JOINT_STATES_S:
             self._joints_at = time.monotonic()
-            last = base.end_ns - base.step_ns
-            row = wire.encode_joint_states(last, base.data[-1], out.top.data[-1])
-            self.publish(wire.JOINT_STATES, row)
+            self.publish(wire.JOINT_STATES, wire.encode_joint_states(base, out.top))
 
-    def _publish(self, base: TimeHistory, top: TimeHistory) -> None:
-        stamps = base.stamps_ns()
-        base_rows = _messages(wire.encode_imu(stamps, base.data, 'base_imu_link'))
-        top_rows = _messages(wire.encode_imu(stamps, top.data, 'top_imu_link'))
+    def _publish(self, base: Samples, top: Samples) -> None:
+        base_rows = _messages(wire.encode_imu(base, 'base_imu_link'))
+        top_rows = _messages(wire.encode_imu(top, 'top_imu_link'))
         for base_row, top_row in zip(base_rows, top_rows, strict=True):
             self.publish(wire.BASE_IMU, base_row)
             self.publish(wire.TOP_IMU, top_row)

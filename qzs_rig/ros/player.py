@@ -16,6 +16,7 @@ from qzs_rig.parameters import Parameter
 from qzs_rig.ros.lead import LEAD_PARAMETERS, Lead
 from qzs_rig.ros.process import leave, run
 from qzs_rig.run.sheet import RunSheet, from_document
+from qzs_rig.samples import Stamps
 from qzs_rig.wire import Topic
 
 
@@ -25,7 +26,7 @@ class Track:
 
     topic: Topic
     messages: Sequence[bytes]
-    index: wire.Stamps
+    index: Stamps
 
 
 class Player(Lead):
@@ -102,7 +103,7 @@ class Player(Lead):
     def soft_stop(self) -> int:
         return self.run.sent
 
-    def _recorded(self, sheets: list[RunSheet], stamps: wire.Stamps) -> RunSheet:
+    def _recorded(self, sheets: list[RunSheet], stamps: Stamps) -> RunSheet:
         if len(stamps) == 0:
             raise BagError(f'{self.spec.text("bag")} has nothing on {self.spec.text("topics")}')
         if sheets:

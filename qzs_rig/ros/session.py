@@ -19,8 +19,7 @@ from qzs_rig.run import runfolder
 from qzs_rig.run.analysis import AnalyzerStage
 from qzs_rig.run.recording import Recording
 from qzs_rig.run.sheet import RunSheet, SheetState
-from qzs_rig.samples import NS
-from qzs_rig.wire import ImuBatch
+from qzs_rig.samples import NS, Samples
 
 ESTIMATE_S = 0.2
 """Least time between two `analyzer/estimate`."""
@@ -128,24 +127,26 @@ class Session:
 
     def motion(self, raw: bytes) -> None:
         """Record a chunk of the commanded motion."""
-        self._recording.motion(raw)
+        self._recording.motion([wire.stamp_of(raw)], [raw])
 
     def push(self, base: list[bytes], top: list[bytes]) -> None:
         """Record and estimate serialised Imu messages of both sensors."""
         if base:
-            batch = self._recording.base(base)
-            self._stage.push_base(batch)
-            self._mark(0, batch)
+            readings = wire.decode_imu(base)
+            self._recording.base(readings.stamps_ns, base)
+            self._stage.push_base(readings)
+            self._mark(0, readings)
         if top:
-            batch = self._recording.top(top)
-            self._stage.push_top(batch)
-            self._mark(1, batch)
+            readings = wire.decode_imu(top)
+            self._recording.top(readings.stamps_ns, top)
+            self._stage.push_top(readings)
+            self._mark(1, readings)
         self.live.show(self._stage)
 
-    def _mark(self, plate: int, batch: ImuBatch) -> None:
+    def _mark(self, plate: int, readings: Samples) -> None:
         self.last_at = time.monotonic()
         self._first_at = self._first_at or self.last_at
-        self._reached[plate] = max(self._reached[plate], int(batch.stamps_ns.max()))
+        self._reached[plate] = max(self._reached[plate], int(readings.stamps_ns.max()))
         # both sensors must have reached a sample before it counts as done
         self.index = (min(self._reached) - self.sheet.start_ns) // self._step_ns + 1
 

@@ -7,8 +7,8 @@ from qzs_rig.estimation.alignment import Aligner, StreamCounts
 from qzs_rig.estimation.channels import ChannelMap, dofs_of
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
+from qzs_rig.samples import Samples
 from qzs_rig.units import DOFS
-from qzs_rig.wire import ImuBatch
 
 
 class AnalyzerStage:
@@ -28,13 +28,13 @@ class AnalyzerStage:
         self._columns = [DOFS.index(dof) for dof in self._dofs]
         self._estimator: Estimator | None = None
 
-    def push_base(self, batch: ImuBatch) -> None:
-        """Readings of the base sensor."""
-        self._aligner.push_base(batch.stamps_ns, self._maps['base'].pick(batch.data))
+    def push_base(self, readings: Samples) -> None:
+        """Readings (n, 6) of the base sensor."""
+        self._aligner.push_base(readings.stamps_ns, self._maps['base'].pick(readings.data))
 
-    def push_top(self, batch: ImuBatch) -> None:
-        """Readings of the top sensor; then estimates as far as both sensors reach."""
-        self._aligner.push_top(batch.stamps_ns, self._maps['top'].pick(batch.data))
+    def push_top(self, readings: Samples) -> None:
+        """Readings (n, 6) of the top sensor; then estimates as far as both sensors reach."""
+        self._aligner.push_top(readings.stamps_ns, self._maps['top'].pick(readings.data))
         self._advance(final=False)
 
     def latest(self, dof: str) -> tuple[float, complex] | None:

@@ -12,14 +12,13 @@ from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.predict import predict
 from qzs_rig.run.analysis import AnalyzerStage
 from qzs_rig.run.stages import ExciterStage, PlatformOutput, PlatformStage
-from qzs_rig.samples import NS, TimeHistory
+from qzs_rig.samples import NS, Samples
 from qzs_rig.scenario import step_ns_of
-from qzs_rig.wire import ImuBatch
 
 CHUNK = 8000
 """Samples a chunk in process: long enough that the work, not the calls, takes the time."""
 
-Tap = Callable[[TimeHistory, PlatformOutput], None]
+Tap = Callable[[Samples, PlatformOutput], None]
 
 
 @dataclass(frozen=True)
@@ -42,10 +41,11 @@ def run(
     progress: Callable[[int, int], None] | None = None,
     chunk: int = CHUNK,
     predictions: Sequence[Prediction] | None = None,
+    exciter: ExciterStage | None = None,
 ) -> RunResult:
     """Perform `spec`; `tap` sees every chunk of base motion with the readings it caused.
 
-    `predictions` of the run, if they are at hand, save a predictive abort from making them.
+    `predictions` of the run and its `exciter`, if they are at hand, save it from making them.
 
     `progress(done, samples)` is called after each chunk. KeyboardInterrupt passes through; what
     `tap` has seen by then is complete.
@@ -53,7 +53,8 @@ def run(
     step_ns = step_ns_of(spec)
     if predictions is None and spec.flag('run.predictive_abort'):
         predictions = predict(spec)
-    exciter = ExciterStage(spec, start_ns, step_ns, predictions)
+    exciter = exciter or ExciterStage(spec, step_ns)
+    exciter.start(start_ns, predictions)
     platform = PlatformStage(spec, step_ns)
     analyzer = AnalyzerStage(spec, step_ns)
     began = time.perf_counter()
@@ -62,8 +63,8 @@ def run(
         out = platform.push(base)
         if tap:
             tap(base, out)
-        analyzer.push_base(ImuBatch(out.base_imu.stamps_ns(), out.base_imu.data))
-        analyzer.push_top(ImuBatch(out.top_imu.stamps_ns(), out.top_imu.data))
+        analyzer.push_base(out.base_imu)
+        analyzer.push_top(out.top_imu)
         if progress:
             progress(exciter.given, exciter.samples)
     estimate = analyzer.result()

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from qzs_rig import scenario, wire
 from qzs_rig.bag import BagReader
 from qzs_rig.errors import BagError, InputError
@@ -15,7 +13,7 @@ from qzs_rig.estimation.estimate import Estimate, from_json
 from qzs_rig.parameters import RunSpec, parse_assignment
 from qzs_rig.run.analysis import AnalyzerStage
 from qzs_rig.run.sheet import RunSheet, from_document
-from qzs_rig.wire import ImuBatch
+from qzs_rig.samples import Samples
 
 CHUNK = 5000
 
@@ -82,14 +80,12 @@ def _spec(sheet: RunSheet | None, assignments: Sequence[str]) -> RunSpec:
     return spec.override(dict(parse_assignment(text) for text in assignments))
 
 
-def _readings(reader: BagReader, topic: str) -> ImuBatch:
+def _readings(reader: BagReader, topic: str) -> Samples:
     rows = reader.rows(topic, wire.BASE_IMU.type)
     return wire.decode_imu(rows.rows if len(rows) and rows.equal else rows.messages())
 
 
-def _feed(stage: AnalyzerStage, base: ImuBatch, top: ImuBatch) -> None:
-    ends = np.arange(CHUNK, max(len(base.stamps_ns), len(top.stamps_ns)) + CHUNK, CHUNK)
-    for end in ends.tolist():
-        part = slice(end - CHUNK, end)
-        stage.push_base(ImuBatch(base.stamps_ns[part], base.data[part]))
-        stage.push_top(ImuBatch(top.stamps_ns[part], top.data[part]))
+def _feed(stage: AnalyzerStage, base: Samples, top: Samples) -> None:
+    for first in range(0, max(len(base), len(top)), CHUNK):
+        stage.push_base(base[first : first + CHUNK])
+        stage.push_top(top[first : first + CHUNK])

@@ -1,4 +1,4 @@
-"""The streaming stages: a chunk in, a chunk out, and the same bits for any chunk size."""
+"""The streaming stages: samples in, samples out, and the same bits however they are cut."""
 
 from __future__ import annotations
 
@@ -17,17 +17,11 @@ from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction
-from qzs_rig.prediction.lookout import look_out, refuse_vague
-from qzs_rig.samples import NS, Array, Channel, TimeHistory
-from qzs_rig.sensing import SENSORS
-from qzs_rig.sensing.imu import IMU_CHANNELS, specific_force_and_rate
-from qzs_rig.units import DOFS, displacement_unit
+from qzs_rig.prediction.lookout import Foreseen, look_out, refuse_vague
+from qzs_rig.samples import IMU_CHANNELS, MOTION_CHANNELS, NS, Array, Channel, Samples, Stamps
+from qzs_rig.sensing import SENSORS, Sensor
+from qzs_rig.sensing.imu import specific_force_and_rate
 
-MOTION_CHANNELS = tuple(
-    Channel(f'{dof}.{quantity}', displacement_unit(dof) + per)
-    for quantity, per in (('position', ''), ('velocity', '/s'), ('acceleration', '/s²'))
-    for dof in DOFS
-)
 SIX_CHANNELS = MOTION_CHANNELS + tuple(
     Channel(f'{dof}.{quantity}', unit + per)
     for quantity, per in (('position', ''), ('velocity', '/s'), ('acceleration', '/s²'))
@@ -39,26 +33,28 @@ SIX_CHANNELS = MOTION_CHANNELS + tuple(
 class ExciterStage:
     """Gives the commanded base motion piece by piece; `stop` ramps it down early."""
 
-    def __init__(
-        self,
-        spec: RunSpec,
-        start_ns: int,
-        step_ns: int,
-        predictions: Sequence[Prediction] | None = None,
-    ) -> None:
-        """`predictions` of this run are needed where run.predictive_abort is to act."""
+    def __init__(self, spec: RunSpec, step_ns: int) -> None:
+        """Raises what makes this run impossible: InputError, LimitError."""
         self.drive = Drive.from_spec(spec, step_ns)
         refuse_beyond_limits(self.drive, spec)
         refuse_vague(spec)
-        self._foreseen = None if predictions is None else look_out(spec, self.drive, predictions)
         self.stopped = ''
         """Why the stage itself ended the run early; empty as long as it has not."""
         self.samples = self.drive.samples
         self.given = 0
-        self._start_ns, self._step_ns = start_ns, step_ns
+        self._spec = spec
+        self._start_ns, self._step_ns = 0, step_ns
+        self._foreseen: Foreseen | None = None
         self._stop_at: int | None = None
 
-    def take(self, n: int) -> TimeHistory:
+    def start(self, start_ns: int, predictions: Sequence[Prediction] | None = None) -> None:
+        """Sample 0 is stamped `start_ns`; `predictions` of this run are needed where
+        run.predictive_abort is to act."""
+        self._start_ns = start_ns
+        if predictions is not None:
+            self._foreseen = look_out(self._spec, self.drive, predictions)
+
+    def take(self, n: int) -> Samples:
         """The next `n` samples (n, 12), fewer at the end of the run."""
         if self._foreseen and self.given + n > self._foreseen.sample:
             self.stopped = self._foreseen.reason
@@ -70,9 +66,9 @@ class ExciterStage:
             t = (np.arange(self.given, last) * self._step_ns / NS)[fades]
             t -= self._stop_at * self._step_ns / NS
             motion[fades] = _faded(motion[fades], t, self.drive.ramp)
-        start_ns = self._start_ns + self.given * self._step_ns
+        stamps_ns = self._start_ns + np.arange(self.given, last) * self._step_ns
         self.given = last
-        return TimeHistory(start_ns, self._step_ns, MOTION_CHANNELS, motion)
+        return Samples(stamps_ns, motion, MOTION_CHANNELS)
 
     def stop(self) -> None:
         """Ramp down from here over the ramp of the run; `samples` shrinks to where that ends."""
@@ -90,9 +86,9 @@ class PlatformOutput(NamedTuple):
     """Readings of both sensors (n, 6) and the top's motion (n, 12), (n, 18) where it is
     coupled, for a chunk of base motion."""
 
-    base_imu: TimeHistory
-    top_imu: TimeHistory
-    top: TimeHistory
+    base_imu: Samples
+    top_imu: Samples
+    top: Samples
 
 
 class PlatformStage:
@@ -124,18 +120,18 @@ class PlatformStage:
         """Readings beyond the sensors' range so far."""
         return self._base_sensor.clipped + self._top_sensor.clipped
 
-    def push(self, base: TimeHistory) -> PlatformOutput:
+    def push(self, base: Samples) -> PlatformOutput:
         """Readings at the samples of `base` (n, 12); raises DivergenceError (no NaN comes out)."""
         top = self._integrator.push(base.data)
         return PlatformOutput(
-            _like(base, self._base_sensor.read(specific_force_and_rate(base.data))),
-            _like(base, self._top_sensor.read(specific_force_and_rate(top))),
-            TimeHistory(base.start_ns, base.step_ns, self._top_channels, top),
+            _readings(self._base_sensor, base.stamps_ns, base.data),
+            _readings(self._top_sensor, base.stamps_ns, top),
+            Samples(base.stamps_ns, top, self._top_channels),
         )
 
 
-def _like(base: TimeHistory, readings: Array) -> TimeHistory:
-    return TimeHistory(base.start_ns, base.step_ns, IMU_CHANNELS, readings)
+def _readings(sensor: Sensor, stamps_ns: Stamps, motion: Array) -> Samples:
+    return Samples(stamps_ns, sensor.read(specific_force_and_rate(motion)), IMU_CHANNELS)
 
 
 def _faded(motion: Array, t: Array, ramp: float) -> Array:

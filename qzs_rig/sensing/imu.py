@@ -4,13 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.samples import Array, Channel
+from qzs_rig.samples import Array
 from qzs_rig.units import GRAVITY
-
-IMU_CHANNELS = (
-    *(Channel(f'angular_velocity.{axis}', 'rad/s') for axis in 'xyz'),
-    *(Channel(f'linear_acceleration.{axis}', 'm/s²') for axis in 'xyz'),
-)
 
 
 def specific_force_and_rate(motion: Array) -> Array:

@@ -24,7 +24,7 @@ TOPICS = (
     TopicSpec('base/motion', TRAJECTORY),
     TopicSpec('base/imu', IMU),
     TopicSpec('top/imu', IMU),
-    TopicSpec('rig/run', STRING, depth=1, durability='transient_local'),
+    TopicSpec('rig/run', STRING, depth=1, latched=True),
 )
 SHEET = {'schema': 1, 'state': 'running', 'start_ns': START_NS, 'step_ns': STEP_NS}
 
@@ -99,7 +99,7 @@ def record(folder: Path, count: int = 1000, **options: Any) -> Path:
         for first in range(0, count, CHUNK):
             part = slice(first, first + CHUNK)
             bag.write('base/motion', at[first : first + 1], [trajectory(at[first], CHUNK)])
-            bag.write_rows('base/imu', at[part], as_rows(base[part]))
+            bag.write('base/imu', at[part], as_rows(base[part]))
             bag.write('top/imu', at[part], top[part])
     return folder
 

@@ -23,8 +23,8 @@ def write(folder: Path, base: list[int], top: list[int], sheet: dict | None) -> 
     with BagWriter(folder, SPECS) as bag:
         if sheet is not None:
             bag.write('rig/run', [START_NS], [string(json.dumps(sheet))])
-        bag.write_rows('base/imu', START_NS + STEP_NS * np.array(base, int), rows[: len(base)])
-        bag.write_rows('top/imu', START_NS + STEP_NS * np.array(top, int), rows[: len(top)])
+        bag.write('base/imu', START_NS + STEP_NS * np.array(base, int), rows[: len(base)])
+        bag.write('top/imu', START_NS + STEP_NS * np.array(top, int), rows[: len(top)])
     return folder
 
 

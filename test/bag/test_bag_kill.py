@@ -30,7 +30,7 @@ index = 0
 while True:
     at = (index + np.arange(20)) * 1_000_000
     rows[:, 4:12] = at[:, None].view(np.uint8)
-    bag.write_rows('base/imu', at, rows)
+    bag.write('base/imu', at, rows)
     index += 20
     os.write(1, b'%d %d\\n' % (time.monotonic_ns(), index))
     while time.monotonic() - start < index / 1000 / stamp_rate:

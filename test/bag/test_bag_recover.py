@@ -119,7 +119,7 @@ def test_a_torn_chunk_yields_its_beginning(tmp_path: Path) -> None:
     rows = np.random.default_rng(0).integers(0, 255, (3000, 332), dtype=np.uint8)
     at = np.arange(3000) * 10_000
     with BagWriter(tmp_path / 'bag', [TopicSpec('imu', IMU)], chunk_bytes=1 << 21) as bag:
-        bag.write_rows('imu', at, rows)
+        bag.write('imu', at, rows)
     ((first, end, _),) = chunk_ends(tmp_path / 'bag')
     data = (tmp_path / 'bag' / 'bag_0.mcap').read_bytes()
     cut = tmp_path / 'cut.mcap'

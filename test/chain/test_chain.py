@@ -15,11 +15,10 @@ from qzs_rig.run import in_process, offline
 from qzs_rig.run.analysis import AnalyzerStage
 from qzs_rig.run.recording import Recording
 from qzs_rig.run.sheet import RunSheet
-from qzs_rig.run.stages import MOTION_CHANNELS, ExciterStage, PlatformStage
-from qzs_rig.samples import TimeHistory, join
+from qzs_rig.run.stages import ExciterStage, PlatformStage
+from qzs_rig.samples import Samples
 from qzs_rig.theory.single_term import single_term
 from qzs_rig.units import DOFS
-from qzs_rig.wire import ImuBatch
 
 START = 1_700_000_000_000_000_000
 SWEEP = {
@@ -36,6 +35,14 @@ SWEEP = {
     'platform.L0_hat': 0.08,
     'sensor.kind': 'noisy',
 }
+
+
+def join(pieces):
+    """One signal of its pieces, which follow one another without a gap."""
+    stamps = np.concatenate([piece.stamps_ns for piece in pieces])
+    assert np.array_equal(stamps, START + 5_000_000 * np.arange(len(stamps)))
+    data = np.concatenate([piece.data for piece in pieces])
+    return Samples(stamps, data, pieces[0].channels)
 
 
 class Kept:
@@ -69,7 +76,7 @@ def test_chunks_do_not_change_a_bit(whole, chunk):
     result, signals = perform(SWEEP, chunk)
     assert result.estimate.to_json() == whole[0].estimate.to_json()
     for cut, uncut in zip(signals, whole[1], strict=True):
-        assert cut.start_ns == uncut.start_ns == START
+        assert cut.stamps_ns[0] == uncut.stamps_ns[0] == START
         assert cut.data.tobytes() == uncut.data.tobytes()
 
 
@@ -123,7 +130,7 @@ def record(folder, given, chunk=40, per_message=25):
     names = [spec.text(f'analyzer.{plate}.topic') for plate in ('base', 'top')]
     recording = Recording(folder, *names)
     step_ns = scenario.step_ns_of(spec)
-    samples = ExciterStage(spec, START, step_ns).samples
+    samples = ExciterStage(spec, step_ns).samples
     sheet = RunSheet(step_ns, samples, 'in_process', chunk, dict(spec), 'id', start_ns=START)
     recording.sheet(START, sheet.of(state='running'))
     kept = Kept()
@@ -131,13 +138,11 @@ def record(folder, given, chunk=40, per_message=25):
     def keep(base, out):
         kept(base, out)
         for first in range(0, len(base), per_message):
-            piece = base.slice(first, first + per_message)
-            recording.motion(wire.encode_motion(piece.start_ns, step_ns, piece.data))
-        stamps = base.stamps_ns()
-        recording.base(wire.encode_imu(stamps, out.base_imu.data, 'base_imu_link'))
-        top = wire.encode_imu(stamps, out.top_imu.data, 'top_imu_link')
-        batch = recording.top([row.tobytes() for row in top])
-        assert np.array_equal(batch.data, out.top_imu.data)
+            piece = base[first : first + per_message]
+            recording.motion(piece.stamps_ns[:1], [wire.encode_motion(piece)])
+        recording.base(base.stamps_ns, wire.encode_imu(out.base_imu, 'base_imu_link'))
+        top = wire.encode_imu(out.top_imu, 'top_imu_link')
+        recording.top(base.stamps_ns, [row.tobytes() for row in top])
         recording.tick()
 
     result = in_process.run(spec, START, keep, chunk=chunk)
@@ -178,13 +183,13 @@ def test_the_recorded_motion_gives_the_same_readings(recorded):
         imu = wire.decode_imu([raw for _, _, raw in reader.messages(['top/imu'])])
     finally:
         reader.close()
-    motion = join([TimeHistory(c.start_ns, base.step_ns, MOTION_CHANNELS, c.data) for c in chunks])
-    assert (motion.start_ns, motion.data.tobytes()) == (START, base.data.tobytes())
-    out = PlatformStage(scenario.of(SWEEP), base.step_ns).push(motion)
+    motion = join(chunks)
+    assert motion.data.tobytes() == base.data.tobytes()
+    out = PlatformStage(scenario.of(SWEEP), 5_000_000).push(motion)
     assert out.top.data.tobytes() == top.data.tobytes()
     assert out.base_imu.data.tobytes() == base_imu.data.tobytes()
     assert out.top_imu.data.tobytes() == top_imu.data.tobytes() == imu.data.tobytes()
-    assert np.array_equal(imu.stamps_ns, base.stamps_ns())
+    assert np.array_equal(imu.stamps_ns, base.stamps_ns)
 
 
 def test_an_estimate_is_found_beside_its_bag_in_it_or_alone(recorded, tmp_path):
@@ -218,7 +223,7 @@ def test_a_platform_that_runs_away_gives_no_reading():
 def test_clipped_readings_are_counted():
     spec = scenario.of(SWEEP | {'sensor.acceleration_range': 5.0, 'sensor.acceleration_noise': 0})
     stage = PlatformStage(spec, 5_000_000)
-    stage.push(ExciterStage(spec, 0, 5_000_000).take(10))
+    stage.push(ExciterStage(spec, 5_000_000).take(10))
     assert stage.clipped == 20  # gravity, on both plates
 
 
@@ -234,11 +239,11 @@ def test_the_latest_point_follows_the_tone():
         | {'excitation.kind': 'sine', 'excitation.duration': 8.0}
         | {'excitation.frequency': 3.0, 'sensor.kind': 'ideal'}
     )
-    stage, exciter = AnalyzerStage(spec, 5_000_000), ExciterStage(spec, 0, 5_000_000)
+    stage, exciter = AnalyzerStage(spec, 5_000_000), ExciterStage(spec, 5_000_000)
     out = PlatformStage(spec, 5_000_000).push(exciter.take(1700))
-    stage.push_base(ImuBatch(out.base_imu.stamps_ns(), out.base_imu.data))
+    stage.push_base(out.base_imu)
     assert stage.latest('vertical') is None  # both sensors are needed
-    stage.push_top(ImuBatch(out.top_imu.stamps_ns(), out.top_imu.data))
+    stage.push_top(out.top_imu)
     hz, _ = stage.latest('vertical')
     assert hz == pytest.approx(3.0, rel=1e-6)  # a pure tone: the fit converges to rounding
 

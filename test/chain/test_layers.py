@@ -16,7 +16,7 @@ ROOT = Path(qzs_rig.__file__).parent
 
 LAYERS = (
     {'__init__', 'errors', 'units'},
-    {'files', 'samples', 'cdr', 'parameters'},
+    {'files', 'samples', 'parameters'},
     {'excitation', 'mechanics', 'sensing', 'estimation'},
     {'scenario', 'theory', 'wire', 'bag'},
     {'prediction'},
@@ -43,7 +43,7 @@ as processes; the only word of the bag that ROS knows is the reader of the playe
 
 HOMES = {
     'rclpy': {'ros'},
-    'rosbags': {'bag'},
+    'rosbags': {'bag', 'wire'},
     'mcap': {'bag'},
     'zstandard': {'bag'},
     'bokeh': {'report'},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,13 @@ STEP_NS = 5_000_000
 START_NS = 1_700_000_000_000_000_000
 
 
+def started():
+    """An exciter at the start of the run."""
+    stage = ExciterStage(SPEC, STEP_NS)
+    stage.start(START_NS)
+    return stage
+
+
 class FakeLead:
     """Leads a run as the exciter does, but publishes what the test wants."""
 
@@ -102,7 +110,7 @@ class FakeLead:
             step_ns=STEP_NS, samples=SAMPLES, mode='lockstep', chunk=40, spec=dict(SPEC),
             run_id='fake', scenario='fake', peers=('platform',), start_ns=START_NS,
         )  # fmt: skip
-        self.stage = ExciterStage(SPEC, START_NS, STEP_NS)
+        self.stage = started()
 
     def say(self, state):
         self.ears.publish['rig/run'].publish(
@@ -122,8 +130,8 @@ class FakeLead:
 
     def chunk(self, shift_ns=0):
         motion = self.stage.take(40)
-        raw = wire.encode_motion(motion.start_ns + shift_ns, motion.step_ns, motion.data)
-        self.ears.publish['base/motion'].publish(raw)
+        motion = replace(motion, stamps_ns=motion.stamps_ns + shift_ns)
+        self.ears.publish['base/motion'].publish(wire.encode_motion(motion))
 
 
 @pytest.mark.parametrize(
@@ -143,7 +151,7 @@ def test_platform_refuses_a_gap(lab, fault, message):
     if fault == 'lost':
         lead.stage.take(40)
     elif fault == 'again':
-        lead.stage = ExciterStage(SPEC, START_NS, STEP_NS)
+        lead.stage = started()
     lead.chunk(1000 if fault == 'off' else 0)
     assert platform.code() == 3
     assert message in platform.log

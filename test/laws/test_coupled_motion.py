@@ -417,7 +417,7 @@ def driven(**given):
 
 def test_the_platform_stage_moves_all_six():
     spec = driven(**{'platform.cm_height': 0.1})
-    exciter, stage = ExciterStage(spec, 0, 2_000_000), PlatformStage(spec, 2_000_000)
+    exciter, stage = ExciterStage(spec, 2_000_000), PlatformStage(spec, 2_000_000)
     out = stage.push(exciter.take(1000))
     assert out.top.channels == SIX_CHANNELS
     assert [c.name for c in SIX_CHANNELS[12:14]] == [
@@ -432,7 +432,7 @@ def test_the_platform_stage_moves_all_six():
 
 def test_uncoupled_is_the_projection():
     spec = driven(**{'platform.coupled': False})
-    base = ExciterStage(spec, 0, 2_000_000).take(500)
+    base = ExciterStage(spec, 2_000_000).take(500)
     out = PlatformStage(spec, 2_000_000).push(base)
     assert out.top.data.shape == (500, 12)
     assert not out.top.data[:, [0, 2, 3]].any()

@@ -262,7 +262,7 @@ def test_a_sweep_runs_from_end_to_end_of_its_band(direction, spacing, duration):
 
 def stopped(after, ramp=1.0, **more):
     spec = spec_of('sine', 'acceleration', frequency=2.0, **{'ramp': ramp, **more})
-    stage = ExciterStage(spec, 7, scenario.step_ns_of(spec))
+    stage = ExciterStage(spec, scenario.step_ns_of(spec))
     pieces = [stage.take(after)]
     stage.stop()
     samples = stage.samples
@@ -301,9 +301,11 @@ def test_an_exciter_stopped_before_its_first_sample_stays_at_rest_in_position():
 
 def test_stage_stamps_follow_the_grid():
     spec = spec_of()
-    stage = ExciterStage(spec, 123, 1_000_000)
+    stage = ExciterStage(spec, 1_000_000)
+    stage.start(123)
     first, second = stage.take(10), stage.take(5)
-    assert (first.start_ns, first.end_ns, second.start_ns) == (123, 10_000_123, 10_000_123)
+    assert first.stamps_ns.tolist() == list(range(123, 10_000_123, 1_000_000))
+    assert second.stamps_ns.tolist() == list(range(10_000_123, 15_000_123, 1_000_000))
     assert first.channels[0].name == 'vertical.position'
     assert [c.unit for c in first.channels[::4]] == ['m', 'm/s', 'm/s²']
     assert [c.unit for c in first.channels[2::4]] == ['rad', 'rad/s', 'rad/s²']

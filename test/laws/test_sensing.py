@@ -10,8 +10,9 @@ from scipy.stats import chi2
 
 from qzs_rig import scenario
 from qzs_rig.estimation.channels import FIELDS, PLATES, ChannelMap
+from qzs_rig.samples import IMU_CHANNELS
 from qzs_rig.sensing import SENSORS
-from qzs_rig.sensing.imu import IMU_CHANNELS, specific_force_and_rate
+from qzs_rig.sensing.imu import specific_force_and_rate
 from qzs_rig.units import GRAVITY
 
 STEP_NS = 2_000_000

@@ -30,7 +30,7 @@ def check(**given):
 def test_the_papers_test_is_refused_for_both_reasons():
     spec = scenario.load('paper_test')
     with pytest.raises(LimitError) as caught:
-        ExciterStage(spec, 0, 1_000_000)
+        ExciterStage(spec, 1_000_000)
     text = str(caught.value)
     assert '0.5 Hz is below its 1 Hz' in text
     # 0.1 m (2 pi 20 Hz)² = 1579 m/s²; the nearest crest is a quarter cycle off the turn, 0.05 %
@@ -45,7 +45,7 @@ def test_the_papers_test_is_refused_for_both_reasons():
 
 def test_the_papers_test_runs_with_the_limits_lifted():
     spec = scenario.load('paper_test', ['shaker.limits=false'])
-    assert ExciterStage(spec, 0, 1_000_000).samples == 126_001
+    assert ExciterStage(spec, 1_000_000).samples == 126_001
 
 
 def test_a_run_inside_the_limits_passes():

@@ -148,14 +148,15 @@ def test_a_limit_without_a_theory_is_refused():
 )
 def test_refuses_what_cannot_work_before_anything_starts(given, message):
     with pytest.raises(InputError, match=message):
-        ExciterStage(scenario.of(ARMED | given), 0, STEP_NS)
+        ExciterStage(scenario.of(ARMED | given), STEP_NS)
 
 
 @pytest.mark.parametrize('chunk', [1, 37, 10**6])
 def test_the_ramp_down_begins_at_that_sample_in_any_chunk(chunk):
     spec = scenario.of(ARMED | {'run.stroke_limit.vertical': 0.15})
-    whole = ExciterStage(scenario.of(SWEEP), 0, STEP_NS).take(10**6).data
-    stage = ExciterStage(spec, 0, STEP_NS, (BENT,))
+    whole = ExciterStage(scenario.of(SWEEP), STEP_NS).take(10**6).data
+    stage = ExciterStage(spec, STEP_NS)
+    stage.start(0, (BENT,))
     sample = seen(ARMED | {'run.stroke_limit.vertical': 0.15}).sample
     pieces = []
     while stage.given < stage.samples:
@@ -171,7 +172,8 @@ def test_the_ramp_down_begins_at_that_sample_in_any_chunk(chunk):
 
 def test_an_operator_who_is_faster_keeps_his_reason():
     spec = scenario.of(ARMED | {'run.stroke_limit.vertical': 0.15})
-    stage = ExciterStage(spec, 0, STEP_NS, (BENT,))
+    stage = ExciterStage(spec, STEP_NS)
+    stage.start(0, (BENT,))
     stage.take(1000)
     stage.stop()
     stage.take(10**6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from ros_support import SHORT, Lab, document, given, kept, without_ros
+from ros_support import SAMPLES, SHORT, Lab, document, given, kept, without_ros
 
 from qzs_rig import scenario, wire
 from qzs_rig.cli.run import Recorder, sheet_of
@@ -110,7 +110,7 @@ def test_what_cannot_work_is_refused_before_any_node_starts(lab):
 
 def test_a_sheet_of_another_version_is_replayed_without_theory(lab):
     spec = scenario.of(SHORT)
-    sheet = sheet_of(spec, 'old', 'id')
+    sheet = sheet_of(spec, SAMPLES, 'old', 'id')
     sheet = sheet.of(spec={**sheet.spec, 'platform.colour': 'red'})
     recorder = Recorder(lab.folder / 'bag', spec, sheet)
     in_process.run(spec, sheet.start_ns, recorder.keep)
