@@ -18,13 +18,12 @@ from typing import Any
 
 from qzs_rig.campaign import plan
 from qzs_rig.campaign.bank import banks
-from qzs_rig.campaign.part import Harvest, Part
+from qzs_rig.campaign.finished import summary
 from qzs_rig.campaign.perform import Performed, perform
 from qzs_rig.campaign.plan import Plan
-from qzs_rig.campaign.points import Points
+from qzs_rig.campaign.runners import Threads
 from qzs_rig.campaign.runs import batch
-from qzs_rig.campaign.summary import summary
-from qzs_rig.campaign.threads import Threads
+from qzs_rig.campaign.task import Harvest, Part, Points
 from qzs_rig.parameters import RunSpec
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -9,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.campaign.refusals import refuse_unknown
 from qzs_rig.errors import InputError
-from qzs_rig.parameters import Parameter, Value
+from qzs_rig.parameters import Parameter, Value, closest
 from qzs_rig.samples import Array
 
 Column = NDArray[Any]
@@ -133,3 +133,23 @@ def whole(name: str, value: Any, most: int, least: int = 1) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
         raise InputError(f'{name}: {value!r} must be a whole number from {least} to {most}')
     return value
+
+
+def refuse_unknown(given: Mapping[str, Any], known: Iterable[str], where: str) -> None:
+    """InputError for a key that is not `known`, with those that are."""
+    known = list(known)
+    for key in given:
+        if key not in known:
+            raise InputError(
+                f'{where}: unknown key {key!r}{closest(str(key), known)}; known: '
+                + (', '.join(known) or 'none')
+            )
+
+
+def mapping(given: Any, where: str) -> dict[str, Any]:
+    """`given` as a map of names, an absent one empty; InputError for anything else."""
+    if given is None:
+        return {}
+    if not isinstance(given, dict) or not all(isinstance(key, str) for key in given):
+        raise InputError(f'{where} must map names to values, as in "name: value"')
+    return given

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.campaign.part import Harvest
-from qzs_rig.campaign.points import Points
+from qzs_rig.campaign.task import Harvest, Points
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import RestoringLaw

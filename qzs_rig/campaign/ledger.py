@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from qzs_rig import __version__
-from qzs_rig.campaign.part import Part
+from qzs_rig.campaign.finished import SCHEMA
 from qzs_rig.campaign.plan import Plan
+from qzs_rig.campaign.task import Part
 from qzs_rig.errors import InputError
 from qzs_rig.files import rewrite
 
-SCHEMA = 'qzs_rig/campaign/1'
 TABLES = ('table.npz', 'table.parquet')
 
 

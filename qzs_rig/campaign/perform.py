@@ -1,34 +1,30 @@
-"""Performing a campaign: from what is kept already to the finished table."""
+"""Performing a campaign: what it will take, and from what is kept already to the table."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+
+import numpy as np
 
 from qzs_rig.campaign import ledger as ledgers
 from qzs_rig.campaign import table
+from qzs_rig.campaign.finished import Finished
 from qzs_rig.campaign.ledger import Ledger
-from qzs_rig.campaign.part import Part
 from qzs_rig.campaign.plan import Plan
-from qzs_rig.campaign.table import Finished
+from qzs_rig.campaign.runners import Runner
+from qzs_rig.campaign.sampling import LatinHypercube
 from qzs_rig.errors import InputError
 from qzs_rig.theory.balance.one_thread import one_thread
 
 Progress = Callable[[int], None]
-
-
-class Runner(Protocol):
-    """Who computes: Threads or Cluster."""
-
-    @property
-    def text(self) -> str:
-        """In words."""
-
-    def results(self, plan: Plan, numbers: Sequence[int]) -> Iterator[tuple[int, Part]]:
-        """(chunk, figures) of each of the chunks `numbers`, in any order."""
+ENOUGH = 0.05
+"""Seconds of work from which a point's share is known well enough to plan by."""
+SPOTS = 8
+"""Places in the campaign at which points are timed: those at its start may be slow or quick."""
+GROWTH = 8
 
 
 @dataclass(frozen=True)
@@ -54,19 +50,24 @@ def perform(
     KeyboardInterrupt too, the chunks done are kept; the same call goes on from there. BLAS is held
     to one thread all the while: threads that each hold and release it would change its sums.
     """
-    table.refuse_missing(kind or '')
+    usual = table.format_of(kind)
     began = time.perf_counter()
     with ledgers.opened(folder, plan) as ledger:
         there = ledger.table
         if there is not None:
             ledger.clear()
-            return _there(plan, there, kind)
+            if kind and there.suffix != f'.{kind}':
+                raise InputError(
+                    f'{there} is complete; nothing is written twice: leave out --format, or give '
+                    'another --out'
+                )
+            return Performed(Finished(there), plan.points, 0, None, 0.0)
         damaged = [number for number in ledger.kept() if not ledger.sound(number)]
         for number in damaged:
             ledger.forget(number)
         found = _points(plan, ledger.kept())
         first = _compute(ledger, runner, found, progress, began)
-        finished = table.write(ledger, kind or table.usual())
+        finished = table.write(ledger, usual)
         ledger.clear()
     return Performed(finished, found, len(damaged), first, time.perf_counter() - began)
 
@@ -90,10 +91,44 @@ def _points(plan: Plan, numbers: Sequence[int]) -> int:
     return sum(stop - first for first, stop in map(plan.part, numbers))
 
 
-def _there(plan: Plan, path: Path, kind: str | None) -> Performed:
-    if kind and path.suffix != f'.{kind}':
-        raise InputError(
-            f'{path} is complete; nothing is written twice: leave out --format, or give another '
-            '--out'
-        )
-    return Performed(Finished(path), plan.points, 0, None, 0.0)
+@dataclass(frozen=True)
+class Expected:
+    """`point_s` seconds a point on one thread here, timed on `timed` points; bytes of memory for
+    the chunks under way, and of the table on the disk."""
+
+    point_s: float
+    timed: int
+    memory: int
+    table: int
+
+
+def expected(plan: Plan, chunks_under_way: int) -> Expected:
+    """Time growing numbers of points, at most one chunk. Compiling is not counted."""
+    most = min(plan.chunk, plan.points)
+    count = min(plan.task.block, most)
+    _timed(plan, count)  # a kernel is compiled, or taken from the disk
+    took = _timed(plan, count)
+    while took < ENOUGH and count < most:
+        count = min(GROWTH * count, most)
+        took = _timed(plan, count)
+    row = 8 * (len(plan.varied) + len(plan.task.outputs)) + 4
+    held = 8 * plan.points * (1 + _permutations(plan))  # one column at a time in the summary
+    return Expected(
+        took / count, count, held + 2 * row * plan.chunk * chunks_under_way, row * plan.points
+    )
+
+
+def _timed(plan: Plan, count: int) -> float:
+    """Seconds for `count` points, in equal parts from all over the campaign."""
+    spots = max(1, min(SPOTS, count // plan.task.block))
+    each = np.diff(np.linspace(0, count, spots + 1).astype(int)).tolist()
+    began = time.perf_counter()
+    for spot, size in enumerate(each):
+        first = (2 * spot + 1) * (plan.points - size) // (2 * spots)
+        with np.errstate(all='ignore'):
+            plan.task.evaluate(plan.between(first, first + size), plan.options)
+    return time.perf_counter() - began
+
+
+def _permutations(plan: Plan) -> int:
+    return len(plan.varied) if isinstance(plan.sample, LatinHypercube) else 0

@@ -11,11 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig import __version__, scenario
-from qzs_rig.campaign.axes import MOST, axis_of, whole
-from qzs_rig.campaign.points import Points
-from qzs_rig.campaign.refusals import mapping, refuse_unknown
+from qzs_rig.campaign.axes import MOST, axis_of, mapping, refuse_unknown, whole
 from qzs_rig.campaign.sampling import Grid, Sample, columns, latin_hypercube
-from qzs_rig.campaign.task import Task
+from qzs_rig.campaign.task import Points, Task
 from qzs_rig.campaign.tasks import TASKS
 from qzs_rig.errors import InputError
 from qzs_rig.parameters import Parameter, RunSpec, closest, unknown_parameter, yaml_document
@@ -129,6 +127,35 @@ def of(document: Any, assignments: Mapping[str, Any] = {}) -> Plan:
     )
     _check(plan)
     return plan
+
+
+def shipped() -> list[str]:
+    """Names of the plans that ship with the package."""
+    return sorted(path.stem for path in _folder().glob('*.yaml'))
+
+
+def find(plan: str) -> Path:
+    """Path of a plan, by name in `config/campaigns` or by path; InputError listing the known."""
+    path = Path(plan)
+    if path.is_file():
+        return path
+    known = f'known by name: {", ".join(shipped())}; or give the path of a YAML file'
+    if path.suffix in {'.yaml', '.yml'}:
+        raise InputError(f'plan {plan} is not there; {known}')
+    path = _folder() / f'{plan}.yaml'
+    if not path.is_file():
+        raise InputError(f'unknown plan {plan!r}; {known}')
+    return path
+
+
+def headline(name: str) -> str:
+    """What a plan is for: the first sentence of its file."""
+    comment = find(name).read_text(encoding='utf-8').removeprefix('# ').replace('\n# ', ' ')
+    return comment.split('. ')[0].split('\n')[0].rstrip('.')
+
+
+def _folder() -> Path:
+    return scenario.config_folder() / 'campaigns'
 
 
 def _task(name: Any) -> Task:

@@ -16,8 +16,7 @@ from qzs_rig.campaign.bank import (
     banks,
     omegas,
 )
-from qzs_rig.campaign.part import Harvest
-from qzs_rig.campaign.points import Points
+from qzs_rig.campaign.task import Harvest, Points
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import alike, cheapest_steps

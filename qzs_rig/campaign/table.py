@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import zipfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any
@@ -19,9 +18,10 @@ import numpy as np
 
 from qzs_rig import __version__
 from qzs_rig.campaign.axes import Column
-from qzs_rig.campaign.ledger import SCHEMA, Ledger
-from qzs_rig.campaign.part import Codes
+from qzs_rig.campaign.finished import SCHEMA, Finished
+from qzs_rig.campaign.ledger import Ledger
 from qzs_rig.campaign.plan import Plan
+from qzs_rig.campaign.task import Codes
 from qzs_rig.errors import InputError
 from qzs_rig.files import rewriting
 
@@ -32,51 +32,13 @@ NEVER = (1980, 1, 1, 0, 0, 0)
 """Date of everything in the ZIP file."""
 
 
-@dataclass(frozen=True)
-class Finished:
-    """A table on the disk; columns are read one at a time."""
-
-    path: Path
-
-    @property
-    def about(self) -> dict[str, Any]:
-        """Plan, version, and unit and text of every column."""
-        if self.path.suffix == '.npz':
-            with np.load(self.path) as file:
-                return dict(json.loads(str(file['about'])))
-        metadata = _parquet().read_schema(self.path).metadata
-        return dict(json.loads(metadata[b'qzs_rig']))
-
-    def column(self, name: str) -> Column:
-        """All values of a column, one a point."""
-        if self.path.suffix == '.npz':
-            with np.load(self.path) as file:
-                return np.asarray(file[name])
-        column = _parquet().read_table(self.path, columns=[name]).column(name)
-        return np.asarray(column.to_numpy())
-
-    def failures(self) -> dict[str, int]:
-        """How many rows failed, by reason, most frequent first."""
-        if self.path.suffix == '.npz':
-            with np.load(self.path) as file:
-                words, counts = file['reasons'], np.bincount(file['reason'])
-            pairs = list(zip(words.tolist(), counts.tolist(), strict=False))
-        else:
-            column = _parquet().read_table(self.path, columns=['reason']).column('reason')
-            pairs = [(c['values'], c['counts']) for c in column.value_counts().to_pylist()]
-        failed = {reason: count for reason, count in pairs if reason and count}
-        return dict(sorted(failed.items(), key=lambda item: (-item[1], item[0])))
-
-
-def usual() -> str:
-    """The format where nobody names one: Parquet where pyarrow is installed."""
-    return 'parquet' if find_spec('pyarrow') else 'npz'
-
-
-def refuse_missing(kind: str) -> None:
-    """InputError where the package of a format is not installed."""
-    if kind == 'parquet' and not find_spec('pyarrow'):
+def format_of(wanted: str | None) -> str:
+    """The format `wanted`, or where nobody names one Parquet if pyarrow is installed; InputError
+    where it is wanted and is not."""
+    installed = find_spec('pyarrow') is not None
+    if wanted == 'parquet' and not installed:
         raise InputError("Parquet needs pyarrow: pip install 'qzs_rig[campaign]', or --format npz")
+    return wanted or ('parquet' if installed else 'npz')
 
 
 def write(ledger: Ledger, kind: str) -> Finished:
@@ -165,8 +127,9 @@ def _stream(out: IO[bytes], rows: int, pieces: Iterator[Column]) -> None:
 
 def _write_parquet(ledger: Ledger, reasons: list[str], path: Path) -> None:
     import pyarrow as pa
+    from pyarrow import parquet
 
-    parquet, columns = _parquet(), _columns(ledger, reasons)
+    columns = _columns(ledger, reasons)
     told = about(ledger.plan)
     notes = {**told['varied'], **told['outputs'], 'reason': {'unit': '', 'text': 'why it failed'}}
 
@@ -190,9 +153,3 @@ def _write_parquet(ledger: Ledger, reasons: list[str], path: Path) -> None:
 
 def _line(plan: Plan) -> str:
     return json.dumps(about(plan), allow_nan=False)
-
-
-def _parquet() -> Any:
-    import pyarrow.parquet
-
-    return pyarrow.parquet

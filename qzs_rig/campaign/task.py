@@ -2,12 +2,111 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-from qzs_rig.campaign.part import Part
-from qzs_rig.campaign.points import Points
-from qzs_rig.parameters import Parameter, RunSpec
+import numpy as np
+from numpy.typing import NDArray
+
+from qzs_rig.campaign.axes import Column
+from qzs_rig.errors import RigError
+from qzs_rig.parameters import Parameter, RunSpec, Value
+from qzs_rig.samples import Array
+
+
+@dataclass(frozen=True)
+class Points:
+    """`count` points of a campaign, the first of which is its point number `first`.
+
+    `fixed` holds what all share, with some value of each varied parameter in it, so that asking
+    whether a parameter is set has one answer; `varied` its columns (count,).
+    """
+
+    fixed: RunSpec
+    varied: Mapping[str, Column]
+    first: int
+    count: int
+    seed: int
+
+    def __len__(self) -> int:
+        return self.count
+
+    def has(self, name: str) -> bool:
+        """Is the parameter set, by default, base or vary?"""
+        return name in self.fixed
+
+    def number(self, name: str) -> Array:
+        """(count,) of a numeric parameter."""
+        value: Any = self.varied.get(name, self.fixed[name])
+        return np.broadcast_to(np.asarray(value, dtype=np.float64), (self.count,))
+
+    def word(self, name: str) -> NDArray[np.str_]:
+        """(count,) of a text parameter."""
+        value: Any = self.varied.get(name, self.fixed[name])
+        return np.broadcast_to(np.asarray(value), (self.count,))
+
+    def spec(self, row: int) -> RunSpec:
+        """Every parameter of one point; `row` counts from 0 within these points."""
+        values: dict[str, Value] = {n: column[row].item() for n, column in self.varied.items()}
+        return self.fixed.override(values)
+
+    def point_seed(self, row: int) -> int:
+        """A seed for this point alone, from the campaign's seed and the point's number."""
+        return int(np.random.SeedSequence([self.seed, self.first + row]).generate_state(1)[0] >> 1)
+
+
+Codes = NDArray[np.int32]
+
+
+class Part(NamedTuple):
+    """Columns (n,) by name; `reasons[code[i]]` says why row i failed, '' (code 0) where it did
+    not. A failed row is NaN."""
+
+    columns: dict[str, Array]
+    code: Codes
+    reasons: tuple[str, ...]
+
+
+class Harvest:
+    """A Part being filled: all rows start as NaN without a reason."""
+
+    def __init__(self, outputs: Iterable[str], rows: int) -> None:
+        self._columns = {name: np.full(rows, np.nan) for name in outputs}
+        self._code = np.zeros(rows, dtype=np.int32)
+        self._reasons = ['']
+
+    def put(self, rows: int | NDArray[np.int64], values: Mapping[str, Array | float]) -> None:
+        """Figures of `rows` (numbers of rows)."""
+        for name, value in values.items():
+            self._columns[name][rows] = value
+
+    def fail(self, rows: int | NDArray[np.int64], reason: str) -> None:
+        """Why `rows` have no figures."""
+        if np.size(rows) == 0:
+            return
+        if reason not in self._reasons:
+            self._reasons.append(reason)
+        self._code[rows] = self._reasons.index(reason)
+
+    def part(self) -> Part:
+        """What was gathered."""
+        return Part(self._columns, self._code, tuple(self._reasons))
+
+
+def row_by_row(
+    points: Points,
+    outputs: Iterable[str],
+    function: Callable[[RunSpec, int], Mapping[str, float]],
+) -> Part:
+    """`function(spec, row)` at every point; a foreseen failure becomes the row's reason."""
+    harvest = Harvest(outputs, len(points))
+    for row in range(len(points)):
+        try:
+            harvest.put(row, function(points.spec(row), row))
+        except (RigError, ArithmeticError, np.linalg.LinAlgError) as error:
+            harvest.fail(row, f'{type(error).__name__}: {error}')
+    return harvest.part()
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig import scenario
-from qzs_rig.campaign import perform, plan, shipped, table
-from qzs_rig.campaign.cluster import AHEAD as AHEAD_OF_CLUSTER
-from qzs_rig.campaign.cluster import Cluster
-from qzs_rig.campaign.estimate import Expected, expected
+from qzs_rig.campaign import plan, table
+from qzs_rig.campaign.finished import quick_look, summary, summary_text
 from qzs_rig.campaign.ledger import TABLES
-from qzs_rig.campaign.perform import Performed
+from qzs_rig.campaign.perform import Expected, Performed, expected, perform
 from qzs_rig.campaign.plan import Plan
-from qzs_rig.campaign.quick_look import quick_look
-from qzs_rig.campaign.summary import summary
+from qzs_rig.campaign.runners import Cluster, Threads
 from qzs_rig.campaign.tasks import TASKS
-from qzs_rig.campaign.threads import AHEAD, Threads
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError, RunAbortedError
@@ -97,8 +93,8 @@ def execute(options: argparse.Namespace) -> int:
     if options.list:
         return _list(options)
     if options.plan is None:
-        raise InputError(f'name a plan; known: {", ".join(shipped.names())}, or a YAML file')
-    path = shipped.find(options.plan)
+        raise InputError(f'name a plan; known: {", ".join(plan.shipped())}, or a YAML file')
+    path = plan.find(options.plan)
     wanted = plan.load(path, scenario.assigned(options.assignments))
     folder = options.out or ROOT / f'{path.stem}_{wanted.fingerprint}'
     runner = _runner(options)
@@ -136,7 +132,7 @@ def _performed(
         at = points
 
     try:
-        return perform.perform(wanted, folder, runner, options.format, show)
+        return perform(wanted, folder, runner, options.format, show)
     except KeyboardInterrupt:
         raise RunAbortedError(
             f'stopped with {at or 0} of {wanted.points} points kept in {folder}; the same command '
@@ -150,8 +146,7 @@ def _told(wanted: Plan, folder: Path, runner: Threads | Cluster) -> str:
     """What will be computed, and what it will take; nothing where it is done already."""
     if any((folder / name).is_file() for name in TABLES):
         return f'folder   {folder} holds all {wanted.points} points already'
-    ahead = AHEAD * runner.workers if isinstance(runner, Threads) else AHEAD_OF_CLUSTER
-    costs = expected(wanted, ahead)
+    costs = expected(wanted, runner.ahead)
     axes = [f'vary     {axis.parameter.name}: {axis.text}' for axis in wanted.sample.axes]
     return '\n'.join(
         [
@@ -184,14 +179,14 @@ def _tell(options: argparse.Namespace, wanted: Plan, done: Performed, name: str)
     if look:
         files['quick_look'] = str(look)
     document = {
-        **found.document(),
+        **found,
         'plan': wanted.document,
         'kept_before': done.kept,
         'first_s': done.first_s,
         'wall_s': done.wall_s,
         'files': files,
     }
-    lines = [found.text(), '']
+    lines = [summary_text(found), '']
     if done.damaged:
         print(f'caution: {done.damaged} damaged chunks were computed again', file=sys.stderr)
     if done.kept:
@@ -204,7 +199,7 @@ def _tell(options: argparse.Namespace, wanted: Plan, done: Performed, name: str)
         )
     lines += [f'wrote    {file}' for file in files.values()]
     shared.show(options, document, '\n'.join(lines))
-    return 1 if found.failed == found.points else 0
+    return 1 if found['failed'] == found['points'] else 0
 
 
 def _picture(wanted: Plan, done: Performed, name: str) -> Path | None:
@@ -219,7 +214,7 @@ def _picture(wanted: Plan, done: Performed, name: str) -> Path | None:
 
 
 def _list(options: argparse.Namespace) -> int:
-    plans = {name: shipped.headline(name) for name in shipped.names()}
+    plans = {name: plan.headline(name) for name in plan.shipped()}
     lines = ['shipped plans', *(f'  {name:20}{text}' for name, text in plans.items()), '']
     tasks: dict[str, Any] = {}
     for task in TASKS.values():

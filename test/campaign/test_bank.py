@@ -7,7 +7,7 @@ import pytest
 
 from qzs_rig.campaign import plan
 from qzs_rig.campaign.bank import banks
-from qzs_rig.campaign.part import Harvest
+from qzs_rig.campaign.task import Harvest
 from qzs_rig.campaign.tasks.single_term import amplitude_hat
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING

@@ -11,10 +11,9 @@ from types import SimpleNamespace
 import pytest
 from campaign_plans import statics
 
-from qzs_rig.campaign import cluster as clusters
-from qzs_rig.campaign.cluster import Cluster, refuse_unequal
+from qzs_rig.campaign import runners
 from qzs_rig.campaign.perform import perform
-from qzs_rig.campaign.threads import Threads
+from qzs_rig.campaign.runners import Cluster, Threads, refuse_unequal
 from qzs_rig.errors import InputError, PeerError
 
 
@@ -59,11 +58,11 @@ def test_the_bytes_are_those_of_threads_with_two_workers_one_and_a_dead_one(work
 
 
 def test_no_scheduler_is_said(monkeypatch):
-    monkeypatch.setattr(clusters, 'WAIT', 0.2)
+    monkeypatch.setattr(runners, 'WAIT', 0.2)
     with pytest.raises(InputError, match=r'no scheduler answers at tcp://127.0.0.1:1 '):
-        clusters.connected('tcp://127.0.0.1:1')
+        runners.connected('tcp://127.0.0.1:1')
     with pytest.raises(InputError, match=r'no scheduler answers at nonsense://x'):
-        clusters.connected('nonsense://x')
+        runners.connected('nonsense://x')
 
 
 def test_dask_missing_is_said(monkeypatch):
@@ -76,7 +75,7 @@ def test_dask_missing_is_said(monkeypatch):
 
     monkeypatch.setattr(builtins, '__import__', without)
     with pytest.raises(InputError, match=r"needs dask.distributed: pip install 'qzs_rig\[camp"):
-        clusters.connected('tcp://127.0.0.1:1')
+        runners.connected('tcp://127.0.0.1:1')
 
 
 class Client:
@@ -114,7 +113,7 @@ def test_a_scheduler_without_workers_is_said(monkeypatch):
 
     monkeypatch.setattr(distributed, 'Client', Empty)
     with pytest.raises(InputError, match=r'has no workers; start some with: dask worker tcp://s'):
-        clusters.connected('tcp://s')
+        runners.connected('tcp://s')
 
 
 def test_a_chunk_that_kills_its_workers_is_said(monkeypatch):
@@ -127,11 +126,11 @@ def test_a_chunk_that_kills_its_workers_is_said(monkeypatch):
         def close(self):
             pass
 
-    monkeypatch.setattr(clusters, 'connected', lambda address: Killing({}))
+    monkeypatch.setattr(runners, 'connected', lambda address: Killing({}))
     with pytest.raises(PeerError, match=r'killed its worker .* campaign: chunk a smaller number'):
         list(Cluster('tcp://s').results(statics(), [0]))
 
 
 def test_a_word_that_is_no_address_is_refused_at_once():
     with pytest.raises(InputError, match=r"'bogus' is no address; write tcp://HOST:8786"):
-        clusters.connected('bogus')
+        runners.connected('bogus')

@@ -16,11 +16,10 @@ from campaign_plans import statics
 
 from qzs_rig import __version__
 from qzs_rig.campaign import ledger as ledgers
-from qzs_rig.campaign import plan, table, work
+from qzs_rig.campaign import plan, table
+from qzs_rig.campaign.finished import quick_look, summary, summary_text
 from qzs_rig.campaign.perform import perform
-from qzs_rig.campaign.quick_look import quick_look
-from qzs_rig.campaign.summary import summary
-from qzs_rig.campaign.threads import Threads
+from qzs_rig.campaign.runners import Threads, evaluate
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import platform_design
 from qzs_rig.report.still import still
@@ -68,7 +67,7 @@ def test_the_table_is_the_same_to_the_last_byte(tmp_path, kind):
 def test_the_table_holds_points_figures_reasons_and_the_plan(tmp_path, kind):
     wanted = statics(seed=11)
     finished = done(wanted, tmp_path, kind=kind).table
-    points, part = wanted.between(0, 62), work.evaluate(statics(chunk=62, seed=11), 0)
+    points, part = wanted.between(0, 62), evaluate(statics(chunk=62, seed=11), 0)
     for name, column in {**points.varied, **part.columns}.items():
         np.testing.assert_array_equal(finished.column(name), column)
     bad = points.varied['platform.L20'] <= 0.6 * np.sqrt(3) / 2
@@ -177,7 +176,7 @@ def waits_for_results(thread):
     while frame:
         names.append((Path(frame.f_code.co_filename).name, frame.f_code.co_name))
         frame = frame.f_back
-    return ('_base.py', 'wait') in names and ('threads.py', 'results') in names
+    return ('_base.py', 'wait') in names and ('runners.py', 'results') in names
 
 
 def test_ctrl_c_keeps_what_is_under_way(ctrl_c):
@@ -221,14 +220,19 @@ def test_the_summary_counts_and_spreads(tmp_path):
     found = summary(finished)
     values = finished.column('stiffness')
     good = values[np.isfinite(values)]
-    spread = found.spreads[0]
-    assert (spread.name, spread.numbers) == ('stiffness', good.size)
-    assert (spread.low, spread.median, spread.high) == (good.min(), np.median(good), good.max())
-    assert found.failed == 62 - good.size
-    assert f'62 points, {found.failed} failed' in found.text()
-    assert 'more reasons' not in found.text()
-    assert all(reason in found.text() for reason in found.failures)
-    json.dumps(found.document(), allow_nan=False)
+    assert found['outputs']['stiffness'] == {
+        'unit': '',
+        'numbers': good.size,
+        'min': good.min(),
+        'median': np.median(good),
+        'max': good.max(),
+    }
+    assert found['failed'] == 62 - good.size
+    text = summary_text(found)
+    assert f'62 points, {found["failed"]} failed' in text
+    assert 'more reasons' not in text
+    assert all(reason in text for reason in found['failures'])
+    json.dumps(found, allow_nan=False)
 
 
 @pytest.mark.parametrize(
@@ -248,8 +252,15 @@ def test_the_quick_look_is_drawn(tmp_path, vary):
     assert drawn.startswith(b'\x89PNG')
 
 
+def test_the_quick_look_of_a_hypercube_over_two_axes_is_drawn(tmp_path):
+    vary = {'platform.A': {'from': 1.0, 'to': 2.0}, 'platform.k3_hat': {'from': 0.1, 'to': 1.0}}
+    wanted = statics(vary=vary, sample='latin_hypercube', samples=30)
+    drawn = still(quick_look(wanted, done(wanted, tmp_path).table, 'look'), 'png')
+    assert drawn.startswith(b'\x89PNG')
+
+
 def test_parquet_without_pyarrow_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(table, 'find_spec', lambda name: None)
-    assert table.usual() == 'npz'
+    assert table.format_of(None) == 'npz'
     with pytest.raises(InputError, match=r"pip install 'qzs_rig\[campaign\]', or --format npz"):
         done(statics(), tmp_path, kind='parquet')

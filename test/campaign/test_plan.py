@@ -7,7 +7,7 @@ import json
 import pytest
 from campaign_plans import statics
 
-from qzs_rig.campaign import plan, shipped
+from qzs_rig.campaign import plan
 from qzs_rig.errors import InputError
 
 ZETA = {'platform.zeta': [0.1, 0.2]}
@@ -18,12 +18,12 @@ def of(task='statics', base=None, vary=ZETA, **head):
     return plan.of(document)
 
 
-@pytest.mark.parametrize('name', shipped.names())
+@pytest.mark.parametrize('name', plan.shipped())
 def test_every_shipped_plan_loads_and_survives_being_told(name):
-    loaded = plan.load(shipped.find(name))
+    loaded = plan.load(plan.find(name))
     again = plan.of(json.loads(loaded.text))
     assert (again, again.fingerprint) == (loaded, loaded.fingerprint)
-    assert shipped.headline(name)
+    assert plan.headline(name)
 
 
 def test_chunks_cover_all_points_once():
@@ -107,6 +107,6 @@ def test_a_file_that_is_no_plan(tmp_path):
 
 def test_unknown_names_list_the_known():
     with pytest.raises(InputError, match=r"unknown plan 'nope'; known by name: .*peak_map"):
-        shipped.find('nope')
+        plan.find('nope')
     with pytest.raises(InputError, match=r'nope.yaml is not there; known by name'):
-        shipped.find('nope.yaml')
+        plan.find('nope.yaml')

@@ -10,7 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from qzs_rig import scenario
-from qzs_rig.campaign import plan, work
+from qzs_rig.campaign import plan
+from qzs_rig.campaign.runners import evaluate
 from qzs_rig.campaign.tasks import TASKS, frf
 from qzs_rig.campaign.tasks.frf import NoMotionError
 from qzs_rig.design.proposal import Wish, propose
@@ -41,7 +42,7 @@ QUICK = {
 def computed(task, vary, base=None, options=None, **head):
     document = {'campaign': {'task': task, 'chunk': 1000, **head}, 'base': base or {}, 'vary': vary}
     wanted = plan.of(document | {'options': options or {}})
-    return wanted, work.evaluate(wanted, 0)
+    return wanted, evaluate(wanted, 0)
 
 
 @pytest.mark.parametrize('name', TASKS)
@@ -133,7 +134,7 @@ def test_strobe_is_the_stroboscope_whatever_the_chunk():
     options = {'steps': 18, 'periods': 60}
     _, whole = computed('strobe', vary, RUNS, options, chunk=130)
     wanted, _ = computed('strobe', vary, RUNS, options, chunk=50)
-    parts = [work.evaluate(wanted, number) for number in range(3)]
+    parts = [evaluate(wanted, number) for number in range(3)]
     for name, column in whole.columns.items():
         np.testing.assert_array_equal(np.concatenate([p.columns[name] for p in parts]), column)
     spec = wanted.between(129, 130).spec(0)

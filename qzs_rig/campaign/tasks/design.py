@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from qzs_rig.campaign.part import Part, row_by_row
-from qzs_rig.campaign.points import Points
-from qzs_rig.campaign.task import Output, Task
+from qzs_rig.campaign.task import Output, Part, Points, Task, row_by_row
 from qzs_rig.design.proposal import Wish, propose
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.units import QUANTITIES

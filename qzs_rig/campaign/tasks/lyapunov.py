@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.campaign.part import Harvest, Part
-from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
-from qzs_rig.campaign.task import Output, Task
+from qzs_rig.campaign.task import Harvest, Output, Part, Points, Task
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.motion.batch import WIDTH
 from qzs_rig.theory.motion.chaos import BATCHES, exponents

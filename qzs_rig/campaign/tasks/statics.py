@@ -7,9 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from qzs_rig.campaign.part import Part, row_by_row
-from qzs_rig.campaign.points import Points
-from qzs_rig.campaign.task import Output, Task
+from qzs_rig.campaign.task import Output, Part, Points, Task, row_by_row
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.platform import platform_design
 from qzs_rig.mechanics.restoring import RESTORING

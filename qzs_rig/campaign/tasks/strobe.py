@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.campaign.part import Harvest, Part
-from qzs_rig.campaign.points import Points
 from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
-from qzs_rig.campaign.task import Output, Task
+from qzs_rig.campaign.task import Harvest, Output, Part, Points, Task
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.motion.batch import WIDTH, Batch
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe, strobe_within

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from qzs_rig.campaign.bank import AMPLITUDE_NEEDED, MOTION
-from qzs_rig.campaign.part import Part, row_by_row
-from qzs_rig.campaign.points import Points
-from qzs_rig.campaign.task import Output, Task
+from qzs_rig.campaign.task import Output, Part, Points, Task, row_by_row
 from qzs_rig.campaign.tasks.frf import answer
 from qzs_rig.campaign.tasks.single_term import amplitude_hat
 from qzs_rig.parameters import Parameter, RunSpec
