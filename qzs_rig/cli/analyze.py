@@ -8,7 +8,7 @@ from typing import Any
 
 from qzs_rig import files
 from qzs_rig.cli import options as shared
-from qzs_rig.compare.match import compare
+from qzs_rig.compare import compare
 from qzs_rig.prediction.predict import predict
 from qzs_rig.report.run_page import events_table, write_report
 from qzs_rig.run import runfolder

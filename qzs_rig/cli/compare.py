@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig.cli import options as shared
-from qzs_rig.compare.match import compare
+from qzs_rig.compare import compare
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.predict import predict
 from qzs_rig.report.run_page import write_report

@@ -10,7 +10,7 @@ from typing import Any
 
 from qzs_rig.claims import STATIC, verdicts
 from qzs_rig.cli.options import show
-from qzs_rig.compare.match import compare
+from qzs_rig.compare import compare
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction

@@ -8,9 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from qzs_rig.compare.match import compare
-from qzs_rig.compare.match_curves import curve_difference
-from qzs_rig.compare.match_theory import theory_difference
+from qzs_rig.compare import compare, curve_difference, theory_difference
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
 from qzs_rig.prediction.curve import Branch, Prediction

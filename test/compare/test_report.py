@@ -14,7 +14,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
-from qzs_rig.compare.match import compare
+from qzs_rig.compare import compare
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Estimate, Event
 from qzs_rig.report.run_page import events_table, report_page, write_report
