@@ -17,12 +17,11 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig.campaign import plan
-from qzs_rig.campaign.bank import banks
 from qzs_rig.campaign.finished import summary
+from qzs_rig.campaign.oscillators import groups
 from qzs_rig.campaign.perform import Performed, perform
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.runners import Threads
-from qzs_rig.campaign.runs import batch
 from qzs_rig.campaign.task import Harvest, Part, Points
 from qzs_rig.parameters import RunSpec
 
@@ -50,9 +49,8 @@ def wanted(points: int, early: bool, sample: str = 'grid') -> Plan:
 def idle(points: Points, options: RunSpec) -> Part:
     """All that the stroboscope's task does, but for running."""
     harvest = Harvest(plan.TASKS['strobe'].columns, len(points))
-    for bank in banks(points, harvest):
-        runs = batch(points, bank)
-        harvest.put(bank.rows, dict.fromkeys(plan.TASKS['strobe'].columns, runs.omega))
+    for rows, runs in groups(points, harvest):
+        harvest.put(rows, dict.fromkeys(plan.TASKS['strobe'].columns, runs.omega))
     return harvest.part()
 
 

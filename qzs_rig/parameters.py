@@ -118,6 +118,16 @@ class RunSpec(Mapping[str, Value]):
         given.update({name: table[name].convert(value) for name, value in values.items()})
         return RunSpec(self.declared, MappingProxyType(given))
 
+    def columns(self, values: Mapping[str, Any]) -> RunSpec:
+        """A spec of n runs at once, whose `number` of these names is their column (n,) of floats.
+
+        It serves formulas that take arrays. Raises InputError as `override`, also for the lowest
+        and the highest value of a column.
+        """
+        lowest = self.override({name: float(column.min()) for name, column in values.items()})
+        highest = lowest.override({name: float(column.max()) for name, column in values.items()})
+        return RunSpec(self.declared, MappingProxyType({**highest.given, **values}))
+
     def __getitem__(self, name: str) -> Value:
         if name in self.given:
             return self.given[name]
@@ -135,10 +145,10 @@ class RunSpec(Mapping[str, Value]):
         return sum(1 for _ in self)
 
     def number(self, name: str) -> float:
-        """A float parameter."""
-        value = self[name]
-        assert isinstance(value, float), name
-        return value
+        """A float parameter, or a column (n,) of it."""
+        value: Any = self[name]
+        assert not isinstance(value, int | str), name
+        return value  # type: ignore[no-any-return]
 
     def optional(self, name: str) -> float | None:
         """A float parameter, or None where nobody set it."""

@@ -220,7 +220,7 @@ def _check(plan: Plan) -> None:
         )
     typical = plan.between(0, 1)
     for group in plan.task.needed:
-        if not any(typical.has(name) for name in group):
+        if not any(name in typical.fixed for name in group):
             raise InputError(
                 f'task {plan.task.name} needs {" or ".join(group)}; put it under base or vary'
             )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,19 +32,23 @@ class Points:
     def __len__(self) -> int:
         return self.count
 
-    def has(self, name: str) -> bool:
-        """Is the parameter set, by default, base or vary?"""
-        return name in self.fixed
+    def columns(self, rows: NDArray[np.int64]) -> RunSpec:
+        """`rows` as one spec, whose varied numbers are columns; words are those of `fixed`."""
+        numbers = {n: c for n, c in self.varied.items() if c.dtype.kind == 'f'}
+        return self.fixed.columns({name: column[rows] for name, column in numbers.items()})
 
-    def number(self, name: str) -> Array:
-        """(count,) of a numeric parameter."""
-        value: Any = self.varied.get(name, self.fixed[name])
-        return np.broadcast_to(np.asarray(value, dtype=np.float64), (self.count,))
-
-    def word(self, name: str) -> NDArray[np.str_]:
-        """(count,) of a text parameter."""
-        value: Any = self.varied.get(name, self.fixed[name])
-        return np.broadcast_to(np.asarray(value), (self.count,))
+    def alike(self, rows: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], RunSpec]]:
+        """`rows` in groups that share all words and flags, in order of appearance, each with its
+        `columns`."""
+        words = {n: c for n, c in self.varied.items() if c.dtype.kind in 'Ub'}
+        kind = np.zeros(len(rows), dtype=np.int64)
+        for column in words.values():
+            values, place = np.unique(column[rows], return_inverse=True)
+            kind = kind * len(values) + place
+        for first in np.sort(np.unique(kind, return_index=True)[1]).tolist():
+            same = rows[kind == kind[first]]
+            shared = {name: column[same[0]].item() for name, column in words.items()}
+            yield same, self.columns(same).override(shared)
 
     def spec(self, row: int) -> RunSpec:
         """Every parameter of one point; `row` counts from 0 within these points."""

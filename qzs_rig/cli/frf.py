@@ -12,15 +12,13 @@ from qzs_rig.cli import options as shared
 from qzs_rig.cli import oscillating
 from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.mechanics.platform import coupled
 from qzs_rig.parameters import RunSpec
 from qzs_rig.report import resonance, response_page
 from qzs_rig.theory.balance.harmonic_balance import VARIED
-from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.balance.variation import varied_response
-from qzs_rig.theory.coupled.coupled_response import coupled_response
+from qzs_rig.theory.coupled.coupled_response import response_of
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS, TRANSLATIONS
 
@@ -102,7 +100,15 @@ def execute(options: argparse.Namespace) -> int:
     else:
         with bar(1.0, 'of the search', 'frequency response') as progress:
             answer = response_page.all_branches(
-                _response(options, spec, oscillator, (low, high), _teller(progress))
+                response_of(
+                    spec,
+                    oscillator,
+                    low,
+                    high,
+                    harmonics=options.harmonics,
+                    isolas=not options.no_isolas,
+                    progress=_teller(progress),
+                )
             )
     six = coupled(spec) and not options.single_term
     answer.document['degrees_of_freedom'] = 6 if six else 1
@@ -130,27 +136,6 @@ def _teller(progress: Any) -> Callable[[float, str], None]:
         progress.update(share - progress.n)
 
     return tell
-
-
-def _response(
-    options: argparse.Namespace,
-    spec: RunSpec,
-    oscillator: Oscillator,
-    omega: tuple[float, float],
-    tell: Callable[[float, str], None],
-) -> FrequencyResponse:
-    if coupled(spec):
-        geometry = Geometry.from_spec(spec)
-        return coupled_response(
-            geometry, oscillator, *omega, harmonics=options.harmonics, progress=tell
-        )
-    return frequency_response(
-        oscillator,
-        *omega,
-        harmonics=options.harmonics,
-        isolas=not options.no_isolas,
-        progress=tell,
-    )
 
 
 def spec_of(options: argparse.Namespace) -> RunSpec:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import Design
+from qzs_rig.mechanics.design import Design, root
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import Cubic, RestoringLaw
 from qzs_rig.mechanics.statics import equilibrium
@@ -153,7 +157,7 @@ class Platform:
     All tuples are in the order of DOFS. `length` scales motion: w_hat = w / length, negative for
     `vertical` because the paper's x points down and the rig's z up; 1 for rotations. `stiffness`
     scales force, F(w) = stiffness length F_hat(w_hat): k1 for translations, k1 L20 L0 otherwise.
-    `load` is the unbalanced weight (over k1 L20), `rest` the w_hat at which the law holds it.
+    `load` is the unbalanced weight (over k1 L20). Numbers of a spec with columns are (n,).
     `coupled`: this is only the projection of mechanics.geometric, which moves instead.
     """
 
@@ -164,24 +168,28 @@ class Platform:
     length: tuple[float, ...]
     stiffness: tuple[float, ...]
     load: tuple[float, ...] = (0.0,) * len(DOFS)
-    rest: tuple[float, ...] = (0.0,) * len(DOFS)
     coupled: bool = False
 
     @classmethod
     def from_spec(cls, spec: RunSpec) -> Platform:
-        """The platform of a run; raises InputError for a geometry that cannot be built."""
+        """The platform of a run; raises InputError for one that cannot be built."""
         k1, L20 = (spec.number(f'platform.{name}') for name in ('k1', 'L20'))
         design = platform_design(spec)
-        m, trim = _payload(spec)
+        trim = spec.number('platform.payload_trim')
+        m, L0 = spec.number('platform.m') + trim, design.L0 * L20
         law, load = RESTORING[spec.text('platform.law')], trim * GRAVITY / (k1 * L20)
-        L0 = design.L0 * L20
         if law.name == 'geometric' and not coupled(spec):
             refuse_coupled_words(spec)
-        inertia = {
-            'I_vm': spec.optional('platform.I_vm') or m * L0**2 / 2.0,
-            'I_hm': spec.optional('platform.I_hm') or m * L0**2 / 4.0,
-        }
-        mass = (m, m, inertia['I_vm'], inertia['I_hm'])
+        if np.ndim(load) == 0:
+            equilibrium(law, design, load)  # refuses a weight that the springs cannot hold
+        I_vm, I_hm = (spec.optional(f'platform.{name}') for name in ('I_vm', 'I_hm'))
+        disc = m * L0**2
+        mass = (
+            m,
+            m,
+            disc / 2.0 if I_vm is None else I_vm,
+            disc / 4.0 if I_hm is None else I_hm,
+        )
         stiffness = (k1, k1, k1 * L20 * L0, k1 * L20 * L0)
         return cls(
             law=law,
@@ -191,9 +199,13 @@ class Platform:
             length=(-L20, L20, 1.0, 1.0),
             stiffness=stiffness,
             load=(load, 0.0, 0.0, 0.0),
-            rest=(equilibrium(law, design, load), 0.0, 0.0, 0.0),
             coupled=coupled(spec),
         )
+
+    @cached_property
+    def rest(self) -> tuple[float, ...]:
+        """Relative motion over `length` at which the law holds `load`."""
+        return equilibrium(self.law, self.design, self.load[0]), 0.0, 0.0, 0.0
 
     @property
     def cubic(self) -> Cubic:
@@ -203,7 +215,7 @@ class Platform:
     @property
     def omega0(self) -> tuple[float, ...]:
         """Reference frequency sqrt(stiffness/mass) of each degree of freedom in rad/s."""
-        return tuple(math.sqrt(s / m) for s, m in zip(self.stiffness, self.mass, strict=True))
+        return tuple(root(s / m) for s, m in zip(self.stiffness, self.mass, strict=True))
 
     @property
     def zeta(self) -> tuple[float, ...]:
@@ -245,48 +257,67 @@ def refuse_coupled_words(spec: RunSpec) -> None:
     for name in COUPLED_ONLY:
         if name in spec.given:
             raise InputError(
-                f'{name} = {spec[name]:g} has no meaning for single degrees of freedom; leave it '
-                'out, or take all six together: a run with platform.coupled, or qzs-rig modes'
+                f'{name}{_shown(spec.number(name))} has no meaning for single degrees of freedom; '
+                'leave it out, or take all six together: a run with platform.coupled, or qzs-rig '
+                'modes'
             )
 
 
-def platform_design(spec: RunSpec) -> Design:
-    """The ratios of a run; raises InputError for springs that would not incline."""
-    k1, L20 = (spec.number(f'platform.{name}') for name in ('k1', 'L20'))
-
-    def ratio(hat: str, si: str, scale: float) -> float:
-        value = spec.optional(f'platform.{hat}')
-        return spec.number(f'platform.{si}') / scale if value is None else value
-
-    L1 = ratio('L1_hat', 'L1', L20)
-    if not L1 < 1.0:
+def refuse_coupled(spec: RunSpec) -> None:
+    """InputError where all six degrees of freedom move together, for what solves one of them."""
+    if coupled(spec):
         raise InputError(
-            f'platform.L1 / L20 = {L1:g} must be below 1: suspension springs would not incline; '
-            'shorten L1 or lengthen L20'
+            'platform.law geometric couples six degrees of freedom, and this solves one; set '
+            'platform.coupled=false to take each by itself, or let frf solve all six'
         )
+
+
+def platform_design(spec: RunSpec) -> Design:
+    """The ratios of a platform; raises InputError for one that cannot be built."""
+    for where, why in unbuildable(spec):
+        if np.any(where):
+            raise InputError(why)
+    k1, L20 = spec.number('platform.k1'), spec.number('platform.L20')
     return Design.of(
-        A=ratio('A', 'k2', k1),
-        k3=ratio('k3_hat', 'k3', k1),
-        L1=L1,
-        L0=ratio('L0_hat', 'L0', L20),
+        A=_ratio(spec, 'A', 'k2', k1),
+        k3=_ratio(spec, 'k3_hat', 'k3', k1),
+        L1=_ratio(spec, 'L1_hat', 'L1', L20),
+        L0=_ratio(spec, 'L0_hat', 'L0', L20),
     )
 
 
-def _payload(spec: RunSpec) -> tuple[float, float]:
-    """The mass that moves, and how much of it the springs do not balance."""
+def unbuildable(spec: RunSpec) -> tuple[tuple[Any, str], ...]:
+    """Why a platform cannot be built, each with whether that is so: a truth, or (n,) of them."""
+    L1 = _ratio(spec, 'L1_hat', 'L1', spec.number('platform.L20'))
     m, trim = spec.number('platform.m'), spec.number('platform.payload_trim')
-    if not m + trim > 0.0:
-        raise InputError(
-            f'platform.payload_trim = {trim:g} takes more than the payload of {m:g} kg; '
-            'keep platform.m + platform.payload_trim above 0'
-        )
-    return m + trim, trim
+    return (
+        (
+            L1 >= 1.0,
+            f'platform.L1 / L20{_shown(L1)} must be below 1: suspension springs would not '
+            'incline; shorten L1 or lengthen L20',
+        ),
+        (
+            m + trim <= 0.0,
+            f'platform.payload_trim{_shown(trim)} takes more than the payload{_shown(m)} kg; '
+            'keep platform.m + platform.payload_trim above 0',
+        ),
+    )
+
+
+def _shown(value: Any) -> str:
+    """The value, where there is one and not a column of them."""
+    return '' if np.ndim(value) else f' = {value:g}'
+
+
+def _ratio(spec: RunSpec, hat: str, si: str, scale: float) -> float:
+    value = spec.optional(f'platform.{hat}')
+    return spec.number(f'platform.{si}') / scale if value is None else value
 
 
 def _damping(
     spec: RunSpec, mass: tuple[float, ...], stiffness: tuple[float, ...]
 ) -> tuple[float, ...]:
-    critical = [2.0 * math.sqrt(s * m) for s, m in zip(stiffness, mass, strict=True)]
+    critical = [2.0 * root(s * m) for s, m in zip(stiffness, mass, strict=True)]
     zeta = spec.optional('platform.zeta')
     if zeta is not None:
         return tuple(zeta * c for c in critical)

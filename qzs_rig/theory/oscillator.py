@@ -27,6 +27,7 @@ class Oscillator:
     forced oscillator under Ĥ cos Ωτ). w is in units of L20, rotations in rad; vertical is positive
     downward. τ is in units of 1/omega0. `load` is weight that the springs do not balance.
     `omega0` (rad/s) and `length` (m, or 1 rad) are those units in the run that it stands for.
+    Numbers, and those of the design, are floats, or (n,) for n oscillators of one law at once.
     """
 
     law: RestoringLaw
@@ -46,7 +47,9 @@ class Oscillator:
             raise InputError(f'falloff is {self.falloff}; give 0, 1 or 2')
         for name in ('zeta', 'amplitude'):
             value = getattr(self, name)
-            if not (value >= 0 and np.isfinite(value)):
+            bad = np.flatnonzero(~((np.asarray(value) >= 0) & np.isfinite(value)))
+            if bad.size:
+                value = np.ravel(value)[bad[0]]
                 raise InputError(f'{name} is {value}; theory needs a number 0 or more')
 
     @classmethod

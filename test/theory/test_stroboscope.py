@@ -73,8 +73,9 @@ def test_an_unbalanced_load_and_designs_of_their_own(number):
     # k3 > A L0: neither tips
     first = Design.of(1.1, 0.1, 0.8, 0.08)
     designs = [first, Design.of(1.5, 0.5, 0.8, 0.2)]
-    own = oscillator('corrected', DOFS[number], PAPER_DESIGN, 0.1, 0.1)
-    runs = Batch.of(own, OMEGA, designs=designs, load=0.001)
+    both = Design(*np.transpose(designs))
+    own = oscillator('corrected', DOFS[number], both, 0.1, 0.1)
+    runs = Batch.of(own, OMEGA, load=0.001)
     seen = strobe(runs, steps=64, **WHOLE)
     for k, design in enumerate(designs):
         one = oscillator('corrected', DOFS[number], design, 0.1, 0.1)
@@ -224,8 +225,8 @@ def test_chaos_keeps_no_error_and_says_so():
 @pytest.mark.parametrize(
     ('varied', 'message'),
     [
-        ({'zeta': -0.1}, r'zeta is -0.1; a run needs a number 0 or more'),
-        ({'amplitude': np.nan}, r'amplitude is nan; a run needs a number 0 or more'),
+        ({'zeta': -0.1}, r'zeta is -0.1; theory needs a number 0 or more'),
+        ({'amplitude': np.nan}, r'amplitude is nan; theory needs a number 0 or more'),
         ({'w': np.inf}, r'w is inf; a run needs a finite number'),
         ({'zeta': [0.1, 0.2], 'load': [0.0] * 3}, r'runs of different number: zeta 2'),
     ],

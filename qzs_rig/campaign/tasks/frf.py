@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from qzs_rig.campaign.bank import AMPLITUDE_NEEDED, MOTION
+from qzs_rig.campaign.oscillators import AMPLITUDE_NEEDED, MOTION, oscillator_of
 from qzs_rig.campaign.task import Output, Part, Points, Task, row_by_row
-from qzs_rig.campaign.tasks.single_term import amplitude_hat
 from qzs_rig.errors import RigError
 from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
-from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.balance.response import FrequencyResponse
+from qzs_rig.theory.coupled.coupled_response import response_of
 
 OPTIONS = (
     Parameter('low', float, 0.05, '', 'lowest Ω', 0.0, above=True),
@@ -47,12 +46,12 @@ class NoMotionError(RigError):
 
 
 def evaluate(points: Points, options: RunSpec) -> Part:
-    """Each point by itself."""
+    """Each point by itself; a coupled platform in all six degrees of freedom."""
 
     def row(spec: RunSpec, _: int) -> Mapping[str, float]:
-        amplitude, falloff = amplitude_hat(spec), options.count('falloff')
-        found = frequency_response(
-            Oscillator.of(spec, spec.text('dof'), amplitude, falloff),
+        found = response_of(
+            spec,
+            oscillator_of(spec, options.count('falloff')),
             options.number('low'),
             options.number('high'),
             harmonics=options.count('harmonics') or None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.campaign.runs import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
+from qzs_rig.campaign.oscillators import INPUTS, LOST, NEEDED, STEPS, groups, steps_of
 from qzs_rig.campaign.task import Harvest, Output, Part, Points, Task
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.motion.batch import WIDTH

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from qzs_rig.campaign.bank import AMPLITUDE_NEEDED, MOTION
+from qzs_rig.campaign.oscillators import AMPLITUDE_NEEDED, MOTION, oscillator_of
 from qzs_rig.campaign.task import Output, Part, Points, Task, row_by_row
-from qzs_rig.mechanics.platform import Platform
+from qzs_rig.mechanics.platform import refuse_coupled
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.single_term import folds, onset_omega, peak
-from qzs_rig.units import DOFS, TRANSLATIONS
 
 OUTPUTS = (
     Output('peak_T', '', 'largest T on a stable branch; NaN: T nowhere exceeds 1, or unbounded'),
@@ -43,8 +42,9 @@ def evaluate(points: Points, options: RunSpec) -> Part:
 
 def answer(spec: RunSpec, falloff: int) -> dict[str, float]:
     """The outputs of one point."""
-    platform, k = Platform.from_spec(spec), DOFS.index(spec.text('dof'))
-    law = (*platform.cubic[k], platform.zeta[k], amplitude_hat(spec), falloff)
+    refuse_coupled(spec)
+    own = oscillator_of(spec, falloff)
+    law = (*own.cubic, own.zeta, own.amplitude, falloff)
     top, onset, edges = peak(*law), onset_omega(*law), folds(*law)
     return {
         'peak_T': top.T if top else math.nan,
@@ -53,14 +53,6 @@ def answer(spec: RunSpec, falloff: int) -> dict[str, float]:
         'fold_low': float(edges[0]) if edges.size else math.nan,
         'fold_high': float(edges[-1]) if edges.size else math.nan,
     }
-
-
-def amplitude_hat(spec: RunSpec) -> float:
-    """Ĥ of a point."""
-    displacement = spec.optional('displacement')
-    if displacement is None:
-        return spec.number('amplitude')
-    return displacement / (spec.number('platform.L20') if spec['dof'] in TRANSLATIONS else 1.0)
 
 
 TASK = Task(

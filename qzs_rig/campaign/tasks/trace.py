@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from qzs_rig.campaign.bank import AMPLITUDE_NEEDED, MOTION
+from qzs_rig.campaign.oscillators import AMPLITUDE_NEEDED, MOTION, oscillator_of
 from qzs_rig.campaign.task import Output, Part, Points, Task, row_by_row
 from qzs_rig.campaign.tasks.frf import answer
-from qzs_rig.campaign.tasks.single_term import amplitude_hat
+from qzs_rig.mechanics.platform import refuse_coupled
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.balance.response import least_branch
-from qzs_rig.theory.oscillator import Oscillator
 
 OPTIONS = (
     Parameter('low', float, 0.05, '', 'lowest Ω', 0.0, above=True),
@@ -33,9 +32,9 @@ def evaluate(points: Points, options: RunSpec) -> Part:
     """Each point by itself."""
 
     def row(spec: RunSpec, _: int) -> Mapping[str, float]:
-        oscillator = Oscillator.of(spec, spec.text('dof'), amplitude_hat(spec))
+        refuse_coupled(spec)
         found = least_branch(
-            oscillator,
+            oscillator_of(spec),
             options.number('low'),
             options.number('high'),
             options.text('direction'),

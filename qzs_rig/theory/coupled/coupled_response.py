@@ -17,6 +17,8 @@ from itertools import pairwise
 import numpy as np
 
 from qzs_rig.mechanics.geometric.geometry import Geometry
+from qzs_rig.mechanics.platform import coupled
+from qzs_rig.parameters import RunSpec
 from qzs_rig.theory.balance import events as read_off
 from qzs_rig.theory.balance.basis import harmonics_of, resized
 from qzs_rig.theory.balance.harmonic_balance import BalanceEquations
@@ -35,6 +37,28 @@ from qzs_rig.theory.coupled.plate import COORDINATES, CoupledBalance, Plate
 from qzs_rig.theory.coupled.plate_branch import PlateBranch, plate_branches
 from qzs_rig.theory.coupled.plate_stability import PlateMotion, PlateStretch, multipliers
 from qzs_rig.theory.oscillator import Oscillator
+
+
+def response_of(
+    spec: RunSpec,
+    oscillator: Oscillator,
+    low: float,
+    high: float,
+    *,
+    harmonics: int | None = None,
+    isolas: bool = True,
+    progress: Progress | None = None,
+) -> FrequencyResponse:
+    """Of the platform of `spec`, which `oscillator` is of: of all six degrees of freedom where they
+    move together, else of the one."""
+    if coupled(spec):
+        geometry = Geometry.from_spec(spec)
+        return coupled_response(
+            geometry, oscillator, low, high, harmonics=harmonics, progress=progress
+        )
+    return frequency_response(
+        oscillator, low, high, harmonics=harmonics, isolas=isolas, progress=progress
+    )
 
 
 @one_thread

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,12 +11,11 @@ from numpy.typing import ArrayLike
 
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring.law import RestoringLaw
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
 from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.units import DOFS, TRANSLATIONS
+from qzs_rig.units import DOFS
 
 WIDTH = 64
 """Runs that move together: loops over them turn into vector instructions."""
@@ -58,36 +56,29 @@ class Batch:
         oscillator: Oscillator,
         omega: ArrayLike,
         *,
-        zeta: ArrayLike | None = None,
-        amplitude: ArrayLike | None = None,
-        load: ArrayLike | None = None,
-        designs: Sequence[Design] | None = None,
         w: ArrayLike = 0.0,
         velocity: ArrayLike = 0.0,
+        **varied: Any,
     ) -> Batch:
-        """Runs of `oscillator` at `omega` with what is given varied, broadcast to (n,).
+        """Runs of `oscillator`, or of each of its columns, at `omega` with what is given `varied`,
+        broadcast to (n,).
 
-        `designs` (n) replace the oscillator's. The default starts at rest. Raises InputError for
-        a number that is not finite or out of range, naming it.
+        The default starts at rest. Raises InputError for a number that is not finite or out of
+        range, naming it.
         """
-        own = {'zeta': oscillator.zeta, 'amplitude': oscillator.amplitude, 'load': oscillator.load}
-        varied = {'zeta': zeta, 'amplitude': amplitude, 'load': load}
-        chosen = {name: own[name] if given is None else given for name, given in varied.items()}
+        own: Any = replace(oscillator, **varied)
+        chosen = {'zeta': own.zeta, 'amplitude': own.amplitude, 'load': own.load}
         chosen |= {'omega': omega, 'w': w, 'velocity': velocity}
         values = {name: np.asarray(value, dtype=np.float64) for name, value in chosen.items()}
-        count = np.zeros(1 if designs is None else len(designs))
         try:
-            *lines, _ = np.broadcast_arrays(*values.values(), count)
+            n = np.broadcast_shapes((1,), *(np.shape(x) for x in (*values.values(), *own.design)))
         except ValueError:
             sizes = ', '.join(f'{k} {v.size}' for k, v in values.items())
             raise InputError(f'runs of different number: {sizes}; give each one or n') from None
-        columns = {
-            name: np.ascontiguousarray(line) for name, line in zip(values, lines, strict=True)
-        }
+        columns = {name: np.array(np.broadcast_to(x, n)) for name, x in values.items()}
         _check(columns)
-        each = np.transpose([oscillator.design] if designs is None else designs)
-        design = np.broadcast_to(each, (len(each), len(columns['omega'])))
-        return cls(oscillator.law, oscillator.dof, oscillator.falloff, design, **columns)
+        design = np.stack([np.broadcast_to(ratio, n) for ratio in own.design])
+        return cls(own.law, own.dof, own.falloff, design, **columns)
 
     def __len__(self) -> int:
         return len(self.zeta)
@@ -141,17 +132,11 @@ class Batch:
 def _check(columns: dict[str, Array]) -> None:
     for name, values in columns.items():
         good = np.isfinite(values)
-        if name in ('zeta', 'amplitude'):
-            good &= values >= 0.0
         if name == 'omega':
             good &= values > 0.0
         if not good.all():
-            wanted = {'omega': 'a number above 0', 'zeta': 'a number 0 or more'}
-            wanted['amplitude'] = wanted['zeta']
-            first = values[np.flatnonzero(~good)[0]]
-            raise InputError(
-                f'{name} is {first}; a run needs {wanted.get(name, "a finite number")}'
-            )
+            wanted = 'a number above 0' if name == 'omega' else 'a finite number'
+            raise InputError(f'{name} is {values[~good][0]}; a run needs {wanted}')
 
 
 def batch_along(
@@ -171,20 +156,15 @@ def batch_along(
             f'unknown parameter {name!r}; vary one of {", ".join(RATIOS)}, {SLANT} or '
             'platform.…, which qzs-rig scenarios --parameters lists'
         )
-    k = DOFS.index(oscillator.dof)
-    own = Platform.from_spec(spec)
+    own = Oscillator.of(spec, oscillator.dof, oscillator.amplitude)
     held = {'platform.L1_hat': own.design.L1} if name == SLANT else {}
-    rigs = [Platform.from_spec(spec.override({**held, word: v})) for v in values.tolist()]
-    reach = oscillator.dof in TRANSLATIONS
-    scale = np.array([own.length[k] / rig.length[k] if reach else 1.0 for rig in rigs])
-    speed = np.array([own.omega0[k] / rig.omega0[k] for rig in rigs])
+    columns = spec.override(held).columns({word: values})
+    rigs = Oscillator.of(columns, oscillator.dof, oscillator.amplitude)
     # a damping ratio of one's own stays; the platform's follows the platform
-    own_zeta = not math.isclose(oscillator.zeta, own.zeta[k], rel_tol=1e-12)
+    own_zeta = not math.isclose(oscillator.zeta, own.zeta, rel_tol=1e-12)
     return Batch.of(
-        oscillator,
-        omega * speed,
-        zeta=oscillator.zeta if own_zeta else np.array([rig.zeta[k] for rig in rigs]),
-        amplitude=oscillator.amplitude * scale,
-        load=np.array([rig.load[k] for rig in rigs]),
-        designs=[rig.design for rig in rigs],
+        replace(rigs, falloff=oscillator.falloff),
+        omega * own.omega0 / rigs.omega0,
+        zeta=oscillator.zeta if own_zeta else rigs.zeta,
+        amplitude=oscillator.amplitude * own.length / rigs.length,
     )
