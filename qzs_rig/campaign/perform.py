@@ -112,10 +112,11 @@ def expected(plan: Plan, chunks_under_way: int) -> Expected:
         count = min(GROWTH * count, most)
         took = _timed(plan, count)
     row = 8 * (len(plan.varied) + len(plan.task.outputs)) + 4
-    held = 8 * plan.points * (1 + _permutations(plan))  # one column at a time in the summary
-    return Expected(
-        took / count, count, held + 2 * row * plan.chunk * chunks_under_way, row * plan.points
-    )
+    columns = 1  # one at a time in the summary
+    if isinstance(plan.sample, LatinHypercube):
+        columns = 3 * len(plan.varied)  # strata, places and samples while it is drawn
+    memory = 8 * plan.points * columns + 2 * row * plan.chunk * chunks_under_way
+    return Expected(took / count, count, memory, row * plan.points)
 
 
 def _timed(plan: Plan, count: int) -> float:
@@ -128,7 +129,3 @@ def _timed(plan: Plan, count: int) -> float:
         with np.errstate(all='ignore'):
             plan.task.evaluate(plan.between(first, first + size), plan.options)
     return time.perf_counter() - began
-
-
-def _permutations(plan: Plan) -> int:
-    return len(plan.varied) if isinstance(plan.sample, LatinHypercube) else 0

@@ -19,7 +19,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.parameters import Parameter, RunSpec, closest, unknown_parameter, yaml_document
 
 SECTIONS = ('campaign', 'base', 'vary', 'options')
-KEYS = ('task', 'seed', 'sample', 'samples', 'place', 'chunk')
+KEYS = ('task', 'seed', 'sample', 'samples', 'place', 'method', 'chunk')
 SAMPLES = ('grid', 'latin_hypercube')
 MOST_POINTS = 1_000_000_000
 FEW = 16
@@ -205,8 +205,9 @@ def _sample(
     axes = tuple(axis_of(table[name], given, grid) for name, given in vary.items())
     if not grid:
         samples = whole('campaign: samples', head.get('samples'), MOST)
-        return latin_hypercube(axes, samples, seed, head.get('place', 'centre'))
-    for key in ('samples', 'place'):
+        words = {key: head[key] for key in ('place', 'method') if key in head}
+        return latin_hypercube(axes, samples, seed, **words)
+    for key in ('samples', 'place', 'method'):
         if key in head:
             raise InputError(f'campaign: {key} is for sample: latin_hypercube; leave it out')
     return Grid(axes)

@@ -9,13 +9,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from qzs_rig.campaign.axes import Axis, Column
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 
 PLACES = ('centre', 'random', 'maximin')
+METHOD = 'scipy.stats.qmc.LatinHypercube'
+"""Part of the plan: points drawn by another method belong to another campaign."""
 CANDIDATES = 20
 """Hypercubes of which `maximin` takes the one whose closest two points are farthest apart."""
 MAXIMIN_MOST = 2000
@@ -59,7 +60,8 @@ class LatinHypercube:
 
     McKay, Beckman, Conover, Technometrics 21 (1979) 239. `place` says where in its stratum a
     sample lies: in the centre or at random; `maximin` is the best of CANDIDATES centred ones
-    (Johnson, Moore, Ylvisaker, J. Stat. Plan. Inference 26 (1990) 131).
+    (Johnson, Moore, Ylvisaker, J. Stat. Plan. Inference 26 (1990) 131). All are drawn at once, the
+    same from the same seed: a chunk is a slice.
     """
 
     axes: tuple[Axis, ...]
@@ -69,14 +71,17 @@ class LatinHypercube:
 
     def column(self, number: int, first: int, stop: int) -> Column:
         """Values of axis `number` at points first … stop - 1."""
-        within = self._offset(number, first, stop)
-        u = (self._strata[number][first:stop] + within) / self.points
-        # the division may round up to the next stratum, at most to 1
-        return self.axes[number].at(np.minimum(u, 1.0 - 2.0**-53))
+        # rounding may take the highest sample to 1, outside its stratum
+        return self.axes[number].at(np.minimum(self._unit[number, first:stop], 1.0 - 2.0**-53))
 
     def to_document(self) -> dict[str, Any]:
         """As in the plan's YAML."""
-        return {'sample': 'latin_hypercube', 'samples': self.points, 'place': self.place}
+        return {
+            'sample': 'latin_hypercube',
+            'samples': self.points,
+            'place': self.place,
+            'method': METHOD,
+        }
 
     @property
     def text(self) -> str:
@@ -84,36 +89,38 @@ class LatinHypercube:
         return f'Latin hypercube over {len(self.axes)} axes ({self.place})'
 
     @cached_property
-    def _strata(self) -> list[NDArray[np.int64]]:
-        sets = range(CANDIDATES if self.place == 'maximin' else 1)
-        return max((self._candidate(k) for k in sets), key=self._closest)
+    def _unit(self) -> Array:
+        """The samples (axes, points) in the unit cube."""
+        from scipy.stats import qmc  # takes most of a second to import
 
-    def _candidate(self, k: int) -> list[NDArray[np.int64]]:
-        return [
-            np.random.default_rng([self.seed, number, k]).permutation(self.points)
-            for number in range(len(self.axes))
-        ]
+        source = np.random.default_rng(self.seed)
+        engine = qmc.LatinHypercube(len(self.axes), scramble=self.place == 'random', seed=source)
+        sample = engine.random(self.points)
+        if self.place == 'maximin' and self.points > 1:
+            others = (engine.random(self.points) for _ in range(CANDIDATES - 1))
+            sample = max((sample, *others), key=_closest)
+        return np.ascontiguousarray(sample.T)
 
-    def _closest(self, strata: list[NDArray[np.int64]]) -> int:
-        """Squared distance of the closest two samples, in strata; 0 where nobody asks."""
-        if self.place != 'maximin' or self.points < 2:
-            return 0
-        distance = sum((s[:, None] - s[None, :]) ** 2 for s in strata)
-        return int(np.min(distance + np.diag(np.full(self.points, np.iinfo(np.int32).max))))
 
-    def _offset(self, number: int, first: int, stop: int) -> float | Array:
-        if self.place != 'random':
-            return 0.5
-        # one step of the generator a number: a part of the sequence needs no more than a leap
-        source = np.random.PCG64([self.seed, number, CANDIDATES]).advance(first)
-        return np.random.Generator(source).random(stop - first)
+def _closest(sample: Array) -> float:
+    """Squared distance of the closest two of the samples (n, axes)."""
+    from scipy.spatial.distance import pdist
+
+    return float(pdist(sample, 'sqeuclidean').min())
 
 
 Sample = Grid | LatinHypercube
 
 
-def latin_hypercube(axes: tuple[Axis, ...], points: int, seed: int, place: str) -> LatinHypercube:
+def latin_hypercube(
+    axes: tuple[Axis, ...], points: int, seed: int, place: str = 'centre', method: str = METHOD
+) -> LatinHypercube:
     """A checked LatinHypercube; raises InputError."""
+    if method != METHOD:
+        raise InputError(
+            f'campaign: method {method!r} is not what this version draws by; leave it out to draw '
+            f'by {METHOD}'
+        )
     if place not in PLACES:
         raise InputError(f'campaign: place {place!r} is unknown; give one of {", ".join(PLACES)}')
     if place == 'maximin' and points > MAXIMIN_MOST:

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+import scipy.stats  # noqa: F401 (loaded before a deadline runs)
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -96,6 +97,11 @@ def test_maximin_keeps_points_apart():
 def test_maximin_is_refused_where_it_would_compare_too_much():
     with pytest.raises(InputError, match=r'maximin compares .* up to 2000 samples; 3000 .* centre'):
         cube(3000, place='maximin')
+
+
+def test_another_method_is_refused():
+    with pytest.raises(InputError, match=r"method 'jumping' is not what .* by scipy.stats.qmc"):
+        latin_hypercube(cube(3).axes, 3, 0, method='jumping')
 
 
 def test_an_unknown_place_is_refused():

@@ -54,7 +54,7 @@ HOMES = {
     'dask': {'campaign'},
     'distributed': {'campaign'},
     'pyarrow': {'campaign'},
-    'scipy': {'identification', 'prediction', 'theory'},
+    'scipy': {'campaign', 'identification', 'prediction', 'theory'},
     'pandas': set(),
 }
 """The only packages that may import a dependency; messages of ROS count as rclpy."""
