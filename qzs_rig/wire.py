@@ -11,7 +11,7 @@ import json
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -357,6 +357,7 @@ def _deserialised(kind: str, message: bytes) -> Any:
         raise InputError(f'a message of {len(message)} bytes is no {kind}: {error}') from error
 
 
+@cache
 def _store() -> Typestore:
     """The messages of Kilted; imported when the first one is met."""
     from rosbags.typesys import Stores, get_typestore
