@@ -79,7 +79,7 @@ def refuse_bad(spec: RunSpec) -> None:
     if spec.text('analyzer.source') != 'rig':
         raise InputError('analyzer.source must be rig here; run the analyzer node alone instead')
     ExciterStage(spec, step_ns)
-    PlatformStage(spec.override({'platform.kernel': 'python'}), step_ns)
+    PlatformStage(spec, step_ns, awaited=0)
 
 
 def _watch(nodes: Nodes) -> None:

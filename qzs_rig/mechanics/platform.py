@@ -142,7 +142,8 @@ PARAMETERS = (
         str,
         'auto',
         '',
-        'who steps: the interpreter, numba (the same bits, faster), or numba where installed',
+        'who steps: the interpreter, numba (the same bits, faster once loaded), or what starts and '
+        'runs sooner',
         choices=('auto', 'python', 'numba'),
     ),
 )

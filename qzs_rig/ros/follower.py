@@ -68,6 +68,9 @@ class Follower(RigNode):
     def endpoints(self, sheet: RunSheet) -> list[str]:
         """Labels of the endpoints that must be matched before this node is ready."""
 
+    def prepare(self, sheet: RunSheet) -> None:
+        """What takes long, while the nodes still find each other; `sheet` waits for its start."""
+
     @abstractmethod
     def armed(self, sheet: RunSheet) -> None:
         """Build everything for the run on `sheet`, which now has its start and its whole spec."""
@@ -115,9 +118,11 @@ class Follower(RigNode):
         if self.role not in sheet.peers:
             return
         if sheet.state is SheetState.WAITING and self.state in BEFORE_RUN:
-            self.sheet = sheet
+            known, self.sheet = self.sheet, sheet
             self._enter(FollowerState.WAITING, self.message)
             self.spec = parameters.current(self, self.spec)
+            if known is None or known.run_id != sheet.run_id:
+                self.prepare(sheet)
             self._get_ready()
         elif self.sheet is None or sheet.run_id != self.sheet.run_id:
             return  # a run that began without this node

@@ -32,8 +32,7 @@ class Platform(Follower):
 
     def open(self) -> None:
         super().open()
-        # refuses a bad design, and loads compiled code, now and not when a run starts
-        PlatformStage(self.spec, NS)
+        PlatformStage(self.spec, NS, awaited=0)  # refuses a bad design now
         for topic in (wire.BASE_IMU, wire.TOP_IMU, wire.JOINT_STATES, wire.CLOCK):
             self.publisher(topic)
         self._stage = None
@@ -47,9 +46,15 @@ class Platform(Follower):
         )
         return ['a publisher of base/motion', *outputs]
 
-    def armed(self, sheet: RunSheet) -> None:
+    def prepare(self, sheet: RunSheet) -> None:
+        # in real time no second may take longer than a second
+        awaited = sheet.samples if sheet.mode == 'lockstep' else NS // sheet.step_ns
         seeded = {'run.seed': sheet.spec.get('run.seed', 0)}
-        self._stage = PlatformStage(self.spec.override(seeded), sheet.step_ns)
+        self._stage = PlatformStage(self.spec.override(seeded), sheet.step_ns, awaited)
+
+    def armed(self, sheet: RunSheet) -> None:
+        self.prepare(sheet)
+        assert self._stage is not None
         driven = tuple(bool(sheet.spec.get(f'excitation.amplitude.{dof}')) for dof in DOFS)
         for caution in self._stage.cautions(driven):
             self.get_logger().warning(caution)

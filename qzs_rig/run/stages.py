@@ -28,6 +28,8 @@ SIX_CHANNELS = MOTION_CHANNELS + tuple(
     for dof, unit in zip(SIX[4:], ('m', 'rad'), strict=True)
 )
 """Motion of a coupled top plate: what follows the first twelve is y and the roll about x."""
+INTERPRETED = 20_000
+"""Steps that the interpreter has done before compiled code would be loaded (half a second)."""
 
 
 class ExciterStage:
@@ -92,11 +94,18 @@ class PlatformOutput(NamedTuple):
 
 
 class PlatformStage:
-    """Integrates the platform on the base motion and reads the sensors on both plates."""
+    """Integrates the platform on the base motion and reads the sensors on both plates.
 
-    def __init__(self, spec: RunSpec, step_ns: int) -> None:
+    Where `platform.kernel` is auto, up to INTERPRETED steps of the `awaited` samples, those that
+    somebody waits for at once, are left to the interpreter; the bits are the same.
+    """
+
+    def __init__(self, spec: RunSpec, step_ns: int, awaited: float = math.inf) -> None:
         self.platform = Platform.from_spec(spec)
-        how = (step_ns / NS, spec.count('platform.substeps'), spec.text('platform.kernel'))
+        substeps, kernel = spec.count('platform.substeps'), spec.text('platform.kernel')
+        if kernel == 'auto' and awaited * substeps <= INTERPRETED:
+            kernel = 'python'
+        how = (step_ns / NS, substeps, kernel)
         self._integrator: Integrator | CoupledIntegrator
         self._cautions: list[str] = []
         if self.platform.coupled:
