@@ -149,3 +149,12 @@ def test_the_physics_loads_no_middleware_and_no_plotting():
 
 def test_the_package_itself_loads_nothing():
     assert loaded_by('import qzs_rig') == {'qzs_rig'}
+
+
+@pytest.mark.parametrize(('awaited', 'compiled'), [(2001, False), (120_002, True)])
+def test_compiled_code_is_loaded_where_it_pays(awaited, compiled):
+    loaded = loaded_by(
+        'from qzs_rig import scenario; from qzs_rig.run.stages import PlatformStage; '
+        f'PlatformStage(scenario.of({{}}), 1_000_000, {awaited})'
+    )
+    assert ('numba' in loaded) == compiled
