@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.bag.folder import bag_file
-from qzs_rig.bag.limits import Limits
-from qzs_rig.bag.mcap_source import McapSource
-from qzs_rig.bag.reader import run_sheets
-from qzs_rig.bag.records import Stamps
-from qzs_rig.bag.sqlite_source import SqliteSource
+from qzs_rig.bag.reader import Source, by_time, is_run_sheet, sheet_in, source_of
+from qzs_rig.bag.records import MessageBlock, Stamps
+from qzs_rig.bag.scan import Limits
 from qzs_rig.errors import BagError
 
 IMU = 'sensor_msgs/msg/Imu'
@@ -97,27 +95,17 @@ class BagInfo:
 
 def info(path: Path, limits: Limits | None = None) -> BagInfo:
     """Read the whole bag at `path`, checking CRCs; raises BagError only where there is no bag."""
-    limits = limits or Limits()
-    file = bag_file(path)
-    source: McapSource | SqliteSource
-    if file.suffix == '.db3':
-        source = SqliteSource(file, limits)
-    else:
-        source = McapSource(file, limits, lenient=True)
+    source = source_of(bag_file(path), limits or Limits(), lenient=True)
     try:
         return _describe(source)
     finally:
         source.close()
 
 
-def _describe(source: McapSource | SqliteSource) -> BagInfo:
-    stamps, types = _stamps(source)
-    damage = list(source.damage)
-    try:
-        sheets = run_sheets(source)
-    except BagError as error:
-        sheets = []
-        damage.append(str(error))
+def _describe(source: Source) -> BagInfo:
+    damage = [] if source.closed or source.damage else ['was not closed']
+    stamps, sheets = _read(source, damage)
+    types = {channel.topic: channel.msgtype for channel in source.channels.values()}
     grids = _grids({x: stamps[x] for x, msgtype in types.items() if msgtype == IMU}, sheets)
     topics = [_topic(name, types[name], stamps[name], grids.get(name)) for name in sorted(types)]
     filled = [x for x in stamps.values() if len(x)]
@@ -130,19 +118,30 @@ def _describe(source: McapSource | SqliteSource) -> BagInfo:
         end_ns=max((int(x.max()) for x in filled), default=None),
         topics=tuple(topics),
         run=sheets[-1] if sheets else None,
-        damage=tuple(dict.fromkeys(damage)),
+        damage=tuple(dict.fromkeys([*damage, *source.damage])),
     )
 
 
-def _stamps(source: McapSource | SqliteSource) -> tuple[dict[str, Stamps], dict[str, str]]:
-    """Log times and type of each topic, in file order."""
-    types = {channel.topic: channel.msgtype for channel in source.channels.values()}
-    parts: dict[str, list[Stamps]] = {topic: [np.empty(0, np.int64)] for topic in types}
-    for _, _, block in source.blocks(frozenset(source.channels)):
-        for channel in np.unique(block.channels):
-            topic = source.channels[int(channel)].topic
-            parts[topic].append(block.stamps_ns[block.channels == channel])
-    return {topic: np.concatenate(found) for topic, found in parts.items()}, types
+def _read(source: Source, damage: list[str]) -> tuple[dict[str, Stamps], list[dict[str, Any]]]:
+    """Log times of each topic in file order, and the run sheets by log time; says in `damage`
+    where one is none."""
+    parts: dict[int, list[Stamps]] = {}
+    sheets: list[MessageBlock] = []
+    for block in source.blocks():
+        for number in np.unique(block.channels).tolist():
+            mine = block.select(block.channels == number)
+            parts.setdefault(number, []).append(mine.stamps_ns)
+            if is_run_sheet(source.channels[number]):
+                sheets.append(mine)
+    stamps: dict[str, Stamps] = {x.topic: np.empty(0, np.int64) for x in source.channels.values()}
+    for number, found in parts.items():
+        topic = source.channels[number].topic
+        stamps[topic] = np.concatenate([stamps[topic], *found])
+    try:
+        return stamps, [sheet_in(source.path, raw) for raw in by_time(sheets).payloads()]
+    except BagError as error:
+        damage.append(str(error))
+        return stamps, []
 
 
 def _topic(name: str, msgtype: str, stamps_ns: Stamps, grid: SampleGrid | None) -> TopicInfo:

@@ -1,26 +1,109 @@
-"""Reads a bag: messages in log-time order, or all messages of a topic as arrays."""
+"""Reads a bag: its messages in log-time order, or all messages of a topic as arrays."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from qzs_rig.bag.folder import bag_file
-from qzs_rig.bag.limits import Limits
+from qzs_rig.bag.folder import Channel, absolute, bag_file
 from qzs_rig.bag.mcap_source import McapSource
 from qzs_rig.bag.records import Bytes, MessageBlock, Offsets, Stamps
-from qzs_rig.bag.sqlite_source import SqliteSource
-from qzs_rig.bag.topics import Channel, absolute
+from qzs_rig.bag.scan import Limits
 from qzs_rig.errors import BagError
 
 RUN_SHEET = '/rig/run'
 STRING = 'std_msgs/msg/String'
+BATCH = 4096
+
+
+class Source(Protocol):
+    """A storage file of any kind."""
+
+    path: Path
+    closed: bool
+    damage: list[str]
+
+    @property
+    def channels(self) -> Mapping[int, Channel]:
+        """What the file says about its topics, as far as it is read."""
+
+    def blocks(self, channels: frozenset[int] | None = None) -> Iterator[MessageBlock]:
+        """The messages of some channels, or of all, as they lie in the file."""
+
+    def close(self) -> None:
+        """Let go of the file."""
+
+
+def source_of(file: Path, limits: Limits, *, lenient: bool = False) -> Source:
+    """The storage `file`, opened; what is damaged in MCAP raises BagError or, if `lenient`, is
+    listed in `damage`."""
+    if file.suffix == '.db3':
+        return SqliteSource(file, limits)
+    return McapSource(file, limits, lenient=lenient)
+
+
+class SqliteSource:
+    """A rosbag2 SQLite file (.db3), as older recorders write by default; it has no CRCs."""
+
+    def __init__(self, path: Path, limits: Limits) -> None:
+        self.path = path
+        self.closed = True
+        self.damage: list[str] = []
+        self.channels: dict[int, Channel] = {}
+        self._limits = limits
+        try:
+            self._base = sqlite3.connect(f'{path.resolve().as_uri()}?mode=ro', uri=True)
+            self._read_channels()
+        except sqlite3.Error as error:
+            raise self._failure(error) from error
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._base.close()
+
+    def blocks(self, channels: frozenset[int] | None = None) -> Iterator[MessageBlock]:
+        """The messages of some channels, or of all, by log time."""
+        wanted = ','.join(map(str, sorted(self.channels if channels is None else channels)))
+        query = (
+            'SELECT topic_id, timestamp, length(data), data FROM messages '
+            f'WHERE topic_id IN ({wanted}) ORDER BY timestamp, id'
+        )
+        try:
+            cursor = self._base.execute(query)
+            while batch := cursor.fetchmany(BATCH):
+                yield _block(batch)
+        except sqlite3.Error as error:
+            raise self._failure(error) from error
+
+    def _read_channels(self) -> None:
+        query = 'SELECT id, name, type, serialization_format FROM topics ORDER BY id'
+        for number, name, msgtype, encoding in self._base.execute(query):
+            if len(self.channels) >= self._limits.channels:
+                raise BagError(f'{self.path} has more than {self._limits.channels} topics')
+            self.channels[number] = Channel(
+                number, str(name), str(msgtype), b'', '', message_encoding=str(encoding)
+            )
+
+    def _failure(self, error: sqlite3.Error) -> BagError:
+        return BagError(f'{self.path} is no readable SQLite bag ({error}); record as MCAP')
+
+
+def _block(batch: list[tuple[int, int, int, bytes]]) -> MessageBlock:
+    lengths = np.array([row[2] for row in batch], dtype=np.int64)
+    return MessageBlock(
+        data=np.frombuffer(b''.join(row[3] for row in batch), dtype=np.uint8),
+        channels=np.array([row[0] for row in batch], dtype=np.uint16),
+        stamps_ns=np.array([row[1] for row in batch], dtype=np.int64),
+        starts=np.cumsum(lengths) - lengths,
+        lengths=lengths,
+    )
 
 
 @dataclass(frozen=True)
@@ -66,13 +149,8 @@ class BagReader:
     """
 
     def __init__(self, path: Path, limits: Limits | None = None) -> None:
-        limits = limits or Limits()
         self.path = bag_file(path)
-        self._source: McapSource | SqliteSource
-        if self.path.suffix == '.db3':
-            self._source = SqliteSource(self.path, limits)
-        else:
-            self._source = McapSource(self.path, limits)
+        self._source = source_of(self.path, limits or Limits())
 
     @property
     def topics(self) -> dict[str, str]:
@@ -96,12 +174,11 @@ class BagReader:
         """(topic, log time, CDR bytes) by log time, those of equal time as they lie in the file."""
         channels = self._channels_of(list(self.topics) if topics is None else topics)
         names = {channel.id: channel.topic for channel in channels}
-        for block in ordered(self._source, frozenset(names)):
-            stamped = zip(
-                block.channels.tolist(), block.stamps_ns.tolist(), block.payloads(), strict=True
-            )
-            for channel, stamp_ns, message in stamped:
-                yield names[channel], stamp_ns, message
+        found = by_time(self._source.blocks(frozenset(names)))
+        for channel, stamp_ns, message in zip(
+            found.channels.tolist(), found.stamps_ns.tolist(), found.payloads(), strict=True
+        ):
+            yield names[channel], stamp_ns, message
 
     def rows(self, topic: str, msgtype: str | None = None) -> TopicRows:
         """All messages of one topic; raises BagError if it is missing or not of `msgtype`."""
@@ -111,19 +188,15 @@ class BagReader:
             raise BagError(
                 f'{self.path}: topic {name} is {found}, not {msgtype}; name another topic'
             )
-        ids = frozenset(channel.id for channel in channels)
-        blocks = list(ordered(self._source, ids))
-        return TopicRows(
-            topic=name,
-            msgtype=found,
-            stamps_ns=np.concatenate([np.empty(0, np.int64), *(x.stamps_ns for x in blocks)]),
-            lengths=np.concatenate([np.empty(0, np.int64), *(x.lengths for x in blocks)]),
-            data=np.concatenate([np.empty(0, np.uint8), *(x.packed() for x in blocks)]),
-        )
+        block = by_time(self._source.blocks(frozenset(channel.id for channel in channels)))
+        return TopicRows(name, found, block.stamps_ns, block.lengths, block.packed())
 
     def run_sheets(self) -> list[dict[str, Any]]:
         """The JSON documents of rig/run, of any namespace, by log time; BagError for others."""
-        return run_sheets(self._source)
+        ids = frozenset(channel.id for channel in self.channels if is_run_sheet(channel))
+        if not ids:
+            return []
+        return [sheet_in(self.path, raw) for raw in by_time(self._source.blocks(ids)).payloads()]
 
     def close(self) -> None:
         """Let go of the file."""
@@ -156,55 +229,38 @@ class BagReader:
         raise BagError(f'{self.path}: topic {name} {several}take one of {", ".join(known)}')
 
 
-def ordered(source: McapSource | SqliteSource, channels: frozenset[int]) -> Iterator[MessageBlock]:
-    """Blocks whose messages go by log time, within and across blocks, those of equal time as they
-    lie in the file; holds back what a later block may still undercut."""
-    held: list[tuple[int, MessageBlock]] = []
-    for start_ns, at, block in source.blocks(channels):
-        early = [(place, waiting, waiting.stamps_ns < start_ns) for place, waiting in held]
-        yield from _merged((place, waiting.select(mask)) for place, waiting, mask in early)
-        held = [(place, waiting.select(~mask)) for place, waiting, mask in early if not mask.all()]
-        held.append((at, block))
-    yield from _merged(held)
-
-
-def _merged(placed: Iterable[tuple[int, MessageBlock]]) -> Iterator[MessageBlock]:
-    in_file_order = sorted(placed, key=lambda entry: entry[0])
-    blocks = [block for _, block in in_file_order if len(block)]
-    if len(blocks) == 1:
-        block = blocks[0]
-        in_order = (np.diff(block.stamps_ns) >= 0).all()
-        yield block if in_order else block.select(np.argsort(block.stamps_ns, kind='stable'))
-    elif blocks:
-        lengths = np.concatenate([block.lengths for block in blocks])
-        joined = MessageBlock(
-            data=np.concatenate([block.packed() for block in blocks]),
-            channels=np.concatenate([block.channels for block in blocks]),
-            stamps_ns=np.concatenate([block.stamps_ns for block in blocks]),
-            starts=np.cumsum(lengths) - lengths,
-            lengths=lengths,
+def by_time(blocks: Iterable[MessageBlock]) -> MessageBlock:
+    """One block of all messages by log time, those of equal time as they lie in the file."""
+    parts = list(blocks)
+    lengths, data, channels, stamps_ns = (
+        np.concatenate([np.empty(0, kind), *columns])
+        for kind, columns in (
+            (np.int64, (block.lengths for block in parts)),
+            (np.uint8, (block.packed() for block in parts)),
+            (np.uint16, (block.channels for block in parts)),
+            (np.int64, (block.stamps_ns for block in parts)),
         )
-        yield joined.select(np.argsort(joined.stamps_ns, kind='stable'))
+    )
+    joined = MessageBlock(data, channels, stamps_ns, np.cumsum(lengths) - lengths, lengths)
+    if (np.diff(stamps_ns) >= 0).all():
+        return joined
+    return joined.select(np.argsort(stamps_ns, kind='stable'))
 
 
-def run_sheets(source: McapSource | SqliteSource) -> list[dict[str, Any]]:
-    """The run sheets of a source; raises BagError for a sheet that is no JSON document."""
-    ids = {
-        channel.id
-        for channel in source.channels.values()
-        if channel.topic.endswith(RUN_SHEET) and channel.msgtype == STRING
-    }
-    messages = (x for block in ordered(source, frozenset(ids)) for x in block.payloads())
-    return [_sheet(source.path, message) for message in messages] if ids else []
+def is_run_sheet(channel: Channel) -> bool:
+    """Whether a topic is rig/run, of any namespace."""
+    return channel.topic.endswith(RUN_SHEET) and channel.msgtype == STRING
 
 
-def _sheet(path: Path, message: bytes) -> dict[str, Any]:
-    """CDR of std_msgs/String: 4 bytes of encapsulation, uint32 length, text, terminating zero."""
-    order = 'little' if message[1:2] == b'\x01' else 'big'
-    length = int.from_bytes(message[4:8], 'little' if order == 'little' else 'big')
+def sheet_in(path: Path, message: bytes) -> dict[str, Any]:
+    """The run sheet in a serialised std_msgs/String; raises BagError where it is no document."""
+    from rosbags.serde import SerdeError
+    from rosbags.typesys import Stores, get_typestore
+
     try:
-        document = json.loads(message[8 : 8 + length].rstrip(b'\x00').decode())
-    except ValueError as error:
+        text: Any = get_typestore(Stores.ROS2_KILTED).deserialize_cdr(message, STRING)
+        document = json.loads(text.data)
+    except (SerdeError, ValueError, RecursionError) as error:
         raise BagError(f'{path}: a run sheet on rig/run is no JSON ({error})') from error
     if not isinstance(document, dict):
         raise BagError(

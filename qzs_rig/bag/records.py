@@ -85,12 +85,9 @@ class MessageBlock:
 
     def packed(self) -> Bytes:
         """All payloads one after the other, in one array."""
-        if not len(self):
-            return np.empty(0, dtype=np.uint8)
-        if (self.lengths == self.lengths[0]).all():
-            if not self.lengths[0]:
-                return np.empty(0, dtype=np.uint8)
-            rows: Bytes = windows(self.data, int(self.lengths[0]))[self.starts]
+        length = int(self.lengths[0]) if len(self) else 0
+        if length and (self.lengths == length).all():
+            rows: Bytes = windows(self.data, length)[self.starts]
             return rows.reshape(-1)
         return np.frombuffer(b''.join(self.payloads()), dtype=np.uint8)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import struct
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -15,9 +15,101 @@ from mcap.opcode import Opcode
 from mcap.records import Channel as ChannelRecord
 from mcap.records import Schema
 
-from qzs_rig.bag.limits import DamageError, Limits
+from qzs_rig.bag.folder import Channel
 from qzs_rig.bag.records import CHUNK_HEAD, MAGIC, RECORD_HEAD
-from qzs_rig.bag.topics import Channel
+
+MIB = 1 << 20
+
+
+class DamageError(Exception):
+    """A piece of a bag cannot be used; the caller knows the file and makes it a BagError."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Refused beyond: bytes of one expanded chunk, of one message definition, channels, and
+    expanded bytes of the whole file per byte on disk (small files may reach `expanded_bytes`)."""
+
+    chunk_bytes: int = 64 * MIB
+    record_bytes: int = 4 * MIB
+    channels: int = 4096
+    expansion: int = 1000
+    expanded_bytes: int = 256 * MIB
+
+    def expanded(self, file_bytes: int) -> int:
+        """Bytes all chunks of a file of `file_bytes` may hold together."""
+        return max(self.expanded_bytes, self.expansion * file_bytes)
+
+
+def expand(compression: str, data: bytes, size: int, crc: int, limits: Limits) -> bytes:
+    """The records of a chunk that claims `size` bytes and `crc` (0: none); raises DamageError."""
+    if size > limits.chunk_bytes:
+        raise DamageError(f'claims {size} bytes, above the limit of {limits.chunk_bytes}')
+    try:
+        records = EXPANDERS[compression](data, size)
+    except KeyError:
+        known = ', '.join(filter(None, EXPANDERS))
+        raise DamageError(f'compression {compression!r} is unknown, known are {known}') from None
+    if len(records) != size:
+        raise DamageError(f'claims {size} bytes and holds {len(records)}')
+    if crc and zlib.crc32(records) != crc:
+        raise DamageError(f'CRC {zlib.crc32(records):08x} is not the {crc:08x} it was written with')
+    return records
+
+
+def expand_torn(compression: str, data: bytes, size: int, limits: Limits) -> bytes:
+    """As many bytes as the beginning of a chunk yields; never more than it claims."""
+    if size > limits.chunk_bytes:
+        return b''
+    if compression == 'zstd':
+        return _torn_zstd(data, size)
+    return data[:size] if compression == '' else b''
+
+
+def _plain(data: bytes, size: int) -> bytes:
+    return data
+
+
+def _zstd(data: bytes, size: int) -> bytes:
+    """The content size in the frame decides what the library allocates: check it first."""
+    import zstandard
+
+    try:
+        claimed = zstandard.frame_content_size(data)
+        if claimed > size:
+            raise DamageError(f'expands to {claimed} bytes, not to the {size} it claims')
+        decompressor = zstandard.ZstdDecompressor(max_window_size=128 * MIB)
+        return decompressor.decompress(data, max_output_size=size) if size else b''
+    except zstandard.ZstdError as error:
+        raise DamageError(f'zstd: {error}') from None
+
+
+def _torn_zstd(data: bytes, size: int) -> bytes:
+    import zstandard
+
+    parts: list[bytes] = []
+    produced = 0
+    reader = zstandard.ZstdDecompressor(max_window_size=128 * MIB).stream_reader(data)
+    try:
+        while produced < size and (part := reader.read(min(MIB, size - produced))):
+            parts.append(part)
+            produced += len(part)
+    except zstandard.ZstdError:
+        pass  # the frame ends here: what came out before is whole
+    return b''.join(parts)
+
+
+def _lz4(data: bytes, size: int) -> bytes:
+    import lz4.frame  # type: ignore[import-untyped]
+
+    try:
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
+    except RuntimeError as error:
+        raise DamageError(f'lz4: {error}') from None
+
+
+EXPANDERS = {'': _plain, 'zstd': _zstd, 'lz4': _lz4}
+
 
 FOOTER_BYTES = RECORD_HEAD.size + 20 + len(MAGIC)
 
@@ -54,15 +146,6 @@ class ChunkPlace:
     compression: str
     data_start: int
     data_size: int
-
-
-@dataclass(frozen=True)
-class Summary:
-    """What a closed file says at its end: where its data end, and the channels repeated there."""
-
-    data_end: int
-    channels: dict[int, Channel]
-    message_count: int | None
 
 
 def read_at(file: BinaryIO, start: int, size: int) -> bytes:
@@ -123,11 +206,6 @@ class Declarations:
         except (McapError, struct.error, UnicodeDecodeError) as error:
             raise DamageError(f'a schema or channel record is garbled ({error})') from None
 
-    def add_all(self, records: Iterable[tuple[int, bytes]]) -> None:
-        """Take in many; opcodes of no interest here are passed over."""
-        for opcode, content in records:
-            self.add(opcode, content)
-
     def _add_channel(self, record: ChannelRecord) -> None:
         schema = self._schemas.get(record.schema_id)
         if len(self.channels) >= self._limits.channels:
@@ -146,8 +224,11 @@ class Declarations:
         )
 
 
-def read_summary(file: BinaryIO, size: int, limits: Limits) -> Summary | None:
-    """The end of a closed file; None for one that was not closed, DamageError for a damaged end."""
+def read_summary(file: BinaryIO, size: int, limits: Limits) -> dict[int, Channel] | None:
+    """The channels that a closed file repeats at its end; None for one that was not closed.
+
+    Raises DamageError for a damaged end.
+    """
     tail = read_at(file, max(size - FOOTER_BYTES, 0), FOOTER_BYTES)
     if len(tail) < FOOTER_BYTES or not tail.endswith(MAGIC):
         return None
@@ -156,20 +237,18 @@ def read_summary(file: BinaryIO, size: int, limits: Limits) -> Summary | None:
         return None
     footer = size - FOOTER_BYTES
     if not summary_start:
-        return Summary(footer, {}, None)
+        return {}
     if not len(MAGIC) < summary_start <= footer:
         raise DamageError(f'the footer points to byte {summary_start} for its summary')
     if crc and _summary_crc(file, summary_start, size) != crc:
         raise DamageError('the CRC of the summary does not match')
-    declarations, message_count = Declarations(limits), None
+    declarations = Declarations(limits)
     for record in walk(file, summary_start, footer):
         if not record.fits:
             raise DamageError('the summary is garbled')
         if record.opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
             declarations.add(record.opcode, content(file, record, limits))
-        elif record.opcode == Opcode.STATISTICS:
-            message_count = int.from_bytes(read_at(file, record.start, 8), 'little')
-    return Summary(summary_start, declarations.channels, message_count)
+    return declarations.channels
 
 
 def content(file: BinaryIO, record: Record, limits: Limits) -> bytes:

@@ -1,4 +1,4 @@
-"""The recorder: topics of a run to a rosbag2 folder, as raw CDR bytes, at the rate of the rig."""
+"""New bags: of a run as it goes, at the rate of the rig, or of what is whole in a damaged one."""
 
 from __future__ import annotations
 
@@ -6,18 +6,21 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from qzs_rig.bag.folder import metadata_text, new_folder, save_metadata
+from qzs_rig.bag.folder import Channel, TopicSpec, absolute, bag_file, declare, new_folder
 from qzs_rig.bag.mcap_file import McapFile
-from qzs_rig.bag.records import Bytes, Stamps
-from qzs_rig.bag.topics import Channel, TopicSpec, absolute, declare
-from qzs_rig.errors import BagError
+from qzs_rig.bag.mcap_source import McapSource
+from qzs_rig.bag.records import MAGIC, Bytes, Stamps
+from qzs_rig.bag.scan import Limits, read_at
+from qzs_rig.errors import BagError, InputError
 
 STAMP_PERIOD_NS = 200_000_000
 """Chunks close on this grid of stamp time: shorter than the wall period, so that a run in real
@@ -51,7 +54,7 @@ class BagWriter:
     ) -> None:
         """`level` of zstd, None for none; `clock` in seconds, steady. Raises BagError."""
         channels = _channels(topics)
-        self.path = new_folder(folder) / f'{Path(folder).resolve().name}_0.mcap'
+        self.folder = new_folder(folder)
         self.wall_cuts = 0
         self._channels = {channel.topic: channel for channel in channels}
         self._clock = clock
@@ -59,9 +62,13 @@ class BagWriter:
         self._wall_limit = math.inf
         self._closed = False
         with self._reporting_disk():
-            self._file = McapFile(self.path, level=level, chunk_bytes=chunk_bytes)
+            self._file = McapFile(self.folder, level=level, chunk_bytes=chunk_bytes)
             self._file.begin(channels)
-            save_metadata(self.path.parent, self._information())
+
+    @property
+    def path(self) -> Path:
+        """The storage file."""
+        return self._file.path
 
     def write(self, topic: str, stamps_ns: ArrayLike, messages: Sequence[bytes] | Bytes) -> None:
         """n messages at `stamps_ns` (n,): of any length, or rows (n, length) uint8."""
@@ -96,7 +103,8 @@ class BagWriter:
             return
         with self._reporting_disk():
             self._file.flush()
-            self._finish()
+            self._file.finish()
+            self._closed = True
 
     def __enter__(self) -> BagWriter:
         return self
@@ -111,7 +119,7 @@ class BagWriter:
 
     def _open_channel(self, topic: str) -> Channel:
         if self._closed:
-            raise BagError(f'bag {self.path.parent} is closed; record to a new folder')
+            raise BagError(f'bag {self.folder} is closed; record to a new folder')
         try:
             return self._channels[absolute(topic)]
         except KeyError:
@@ -131,17 +139,6 @@ class BagWriter:
         else:
             self.tick()
 
-    def _information(self) -> str:
-        file = self._file
-        return metadata_text(self.path.name, file.channels, file.counts, file.start_ns, file.end_ns)
-
-    def _finish(self) -> None:
-        information = self._information()
-        self._file.finish(information)
-        self._file.close()
-        self._closed = True
-        save_metadata(self.path.parent, information)
-
     @contextmanager
     def _reporting_disk(self) -> Iterator[None]:
         try:
@@ -152,16 +149,16 @@ class BagWriter:
     def _give_up(self, reason: str) -> str:
         """Close the bag with what reached the disk; say whether it worked."""
         if not hasattr(self, '_file'):
-            return f'bag {self.path.parent} cannot be written ({reason}); choose another folder'
-        kept = f'{self.path.parent}: {reason} after {self._file.messages} messages'
+            return f'bag {self.folder} cannot be written ({reason}); choose another folder'
+        kept = f'{self.folder}: {reason} after {self._file.messages} messages'
         if not self._closed:
             self._closed = True
             try:
-                self._finish()
-            except OSError:
+                self._file.finish()
+            except (OSError, InputError):
                 with suppress(OSError):
                     self._file.close()
-                return f'{kept}; free space, then `qzs-rig bag recover {self.path.parent}`'
+                return f'{kept}; free space, then `qzs-rig bag recover {self.folder}`'
         return f'{kept}; the bag is closed and readable up to there, record the rest elsewhere'
 
 
@@ -204,3 +201,85 @@ def _check_length(topic: str, length: int) -> None:
             f'message of {length} bytes on {topic} is not CDR of 4 B to 32 MiB; '
             'hand over the raw bytes of the subscription'
         )
+
+
+@dataclass(frozen=True)
+class RecoverReport:
+    """What was saved from `source` to `out`, and what was not."""
+
+    source: Path
+    out: Path
+    was_closed: bool
+    messages: dict[str, int]
+    start_ns: int | None
+    end_ns: int | None
+    bytes_total: int
+    bytes_dropped: int
+    findings: tuple[str, ...]
+
+    def to_document(self) -> dict[str, Any]:
+        """The report for JSON."""
+        return {
+            **vars(self),
+            'source': str(self.source),
+            'out': str(self.out),
+            'findings': list(self.findings),
+        }
+
+    @property
+    def text(self) -> str:
+        """The report for a terminal."""
+        seconds = (self.end_ns - self.start_ns) / 1e9 if self.end_ns and self.start_ns else 0.0
+        lines = [f'{sum(self.messages.values())} messages over {seconds:.3f} s saved to {self.out}']
+        lines += [f'  {topic}: {count}' for topic, count in self.messages.items()]
+        lines += [f'  {self.bytes_dropped} of {self.bytes_total} bytes dropped', *self.findings]
+        return '\n'.join(lines)
+
+
+def recover(path: Path, out: Path, limits: Limits | None = None) -> RecoverReport:
+    """Write what is whole in the bag at `path` to the new folder `out`; the original stays.
+
+    Raises BagError where nothing of an MCAP file is there, or `out` is not new.
+    """
+    source = bag_file(path)
+    if source.suffix != '.mcap':
+        raise BagError(f'{source} is not MCAP; only .mcap files can be recovered')
+    with source.open('rb') as file:
+        if read_at(file, 0, len(MAGIC)) != MAGIC:
+            raise BagError(f'{source} does not begin like an MCAP file; it was lost')
+    salvage = McapSource(source, limits or Limits(), lenient=True)
+    try:
+        written = _write(salvage, new_folder(out))
+    finally:
+        salvage.close()
+    counts = {written.channels[x].topic: 0 for x in written.channels}
+    for channel, count in written.counts.items():
+        counts[written.channels[channel].topic] += count
+    return RecoverReport(
+        source=source,
+        out=Path(out),
+        was_closed=salvage.closed,
+        messages=dict(sorted(counts.items())),
+        start_ns=written.start_ns,
+        end_ns=written.end_ns,
+        bytes_total=salvage.size,
+        bytes_dropped=salvage.dropped,
+        findings=tuple(salvage.damage),
+    )
+
+
+def _write(salvage: McapSource, folder: Path) -> McapFile:
+    try:
+        file = McapFile(folder, level=1, chunk_bytes=CHUNK_BYTES)
+        try:
+            file.begin(())
+            for block in salvage.blocks():
+                file.add_channels(salvage.channels.values())
+                file.append_block(block.repacked())
+            file.add_channels(salvage.channels.values())
+            file.finish()
+        finally:
+            file.close()
+    except OSError as error:
+        raise BagError(f'{folder}: {error.strerror}; recover to another disk') from error
+    return file
