@@ -22,7 +22,7 @@ from qzs_rig.campaign.oscillators import groups
 from qzs_rig.campaign.perform import Performed, perform
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.runners import Threads
-from qzs_rig.campaign.task import Harvest, Part, Points
+from qzs_rig.campaign.task import Harvest, Points
 from qzs_rig.parameters import RunSpec
 
 
@@ -46,12 +46,10 @@ def wanted(points: int, early: bool, sample: str = 'grid') -> Plan:
     )
 
 
-def idle(points: Points, options: RunSpec) -> Part:
+def idle(points: Points, options: RunSpec, harvest: Harvest) -> None:
     """All that the stroboscope's task does, but for running."""
-    harvest = Harvest(plan.TASKS['strobe'].columns, len(points))
     for rows, runs in groups(points, harvest):
         harvest.put(rows, dict.fromkeys(plan.TASKS['strobe'].columns, runs.omega))
-    return harvest.part()
 
 
 def measured(what: Plan, kind: str) -> tuple[Performed, float, float]:
@@ -85,7 +83,7 @@ def main() -> None:
     for sample in ('grid', 'latin_hypercube'):
         for kind in ('npz', 'parquet'):
             grid = wanted(points, True, sample)
-            engine = replace(grid, task=replace(grid.task, evaluate=idle))
+            engine = replace(grid, task=replace(grid.task, compute=idle))
             line(f'engine alone, {sample}, {kind}', engine, kind)
     line('500 periods, done once they repeat', wanted(points, True), 'npz')
     line('500 periods, all of them', wanted(points, False), 'npz')

@@ -53,7 +53,6 @@ STEPS = (
     Parameter('steps', int, 0, '', 'integration steps a period; 0: as few as keep `error`', 0),
     Parameter('error', float, 1e-6, '', 'of w, when steps are chosen', 0.0, above=True),
 )
-LOST = "the motion left the law's domain"
 
 
 def oscillator_of(spec: RunSpec, falloff: int = 0) -> Oscillator:

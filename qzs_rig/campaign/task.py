@@ -98,21 +98,6 @@ class Harvest:
         return Part(self._columns, self._code, tuple(self._reasons))
 
 
-def row_by_row(
-    points: Points,
-    outputs: Iterable[str],
-    function: Callable[[RunSpec, int], Mapping[str, float]],
-) -> Part:
-    """`function(spec, row)` at every point; a foreseen failure becomes the row's reason."""
-    harvest = Harvest(outputs, len(points))
-    for row in range(len(points)):
-        try:
-            harvest.put(row, function(points.spec(row), row))
-        except (RigError, ArithmeticError, np.linalg.LinAlgError) as error:
-            harvest.fail(row, f'{type(error).__name__}: {error}')
-    return harvest.part()
-
-
 @dataclass(frozen=True)
 class Output:
     """A column of the result."""
@@ -120,6 +105,10 @@ class Output:
     name: str
     unit: str
     text: str
+
+
+Compute = Callable[[Points, RunSpec, Harvest], None]
+"""Puts the figures of points, under the options of a task, into the harvest."""
 
 
 @dataclass(frozen=True)
@@ -139,10 +128,31 @@ class Task:
     options: tuple[Parameter, ...]
     outputs: tuple[Output, ...]
     chunk: int
-    evaluate: Callable[[Points, RunSpec], Part]
+    compute: Compute
     block: int = 1
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the outputs."""
         return tuple(output.name for output in self.outputs)
+
+    def evaluate(self, points: Points, options: RunSpec) -> Part:
+        """The figures of `points`; a row that failed is NaN with a reason, not a warning."""
+        harvest = Harvest(self.columns, len(points))
+        with np.errstate(all='ignore'):
+            self.compute(points, options, harvest)
+        return harvest.part()
+
+
+def row_by_row(function: Callable[[RunSpec, RunSpec, int], Mapping[str, float]]) -> Compute:
+    """Each point by itself: `function(spec, options, seed)` with a seed of the point's own; a
+    foreseen failure becomes the row's reason."""
+
+    def compute(points: Points, options: RunSpec, harvest: Harvest) -> None:
+        for row in range(len(points)):
+            try:
+                harvest.put(row, function(points.spec(row), options, points.point_seed(row)))
+            except (RigError, ArithmeticError, np.linalg.LinAlgError) as error:
+                harvest.fail(row, f'{type(error).__name__}: {error}')
+
+    return compute

@@ -18,11 +18,11 @@ from qzs_rig.campaign.runners import evaluate
 def slow(plan: Plan, point_s: float, seen: list[tuple[int, int]]) -> Plan:
     """The plan with a task that takes `point_s` seconds a point."""
 
-    def evaluate(points, options):
+    def compute(points, options, harvest):
         seen.append((points.first, points.count))
         time.sleep(point_s * points.count)
 
-    return replace(plan, task=replace(plan.task, evaluate=evaluate))
+    return replace(plan, task=replace(plan.task, compute=compute))
 
 
 def test_time_is_that_of_points_from_all_over_the_campaign():

@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 
 from qzs_rig import scenario
 from qzs_rig.campaign import plan
+from qzs_rig.campaign.response_tasks import NoMotionError, read_off
 from qzs_rig.campaign.runners import evaluate
-from qzs_rig.campaign.tasks import TASKS, frf
-from qzs_rig.campaign.tasks.frf import NoMotionError
+from qzs_rig.campaign.tasks import TASKS
 from qzs_rig.design.proposal import Wish, propose
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.design import PAPER_DESIGN
@@ -223,7 +223,7 @@ def test_trace_finds_onset_and_peak_where_frf_does():
 def test_a_response_without_motion_is_a_failed_row():
     response = SimpleNamespace(branches=(), reason='nothing converged')
     with pytest.raises(NoMotionError, match='nothing converged'):
-        frf.answer(response)
+        read_off(response)
 
 
 def _without(values, name):
