@@ -17,7 +17,7 @@ from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.runners import Runner
 from qzs_rig.campaign.sampling import LatinHypercube
 from qzs_rig.errors import InputError
-from qzs_rig.theory.balance.one_thread import one_thread
+from qzs_rig.theory.balance.newton import one_thread
 
 Progress = Callable[[int], None]
 ENOUGH = 0.05

@@ -9,8 +9,8 @@ from qzs_rig.campaign.task import Output, Task, row_by_row
 from qzs_rig.errors import RigError
 from qzs_rig.mechanics.platform import refuse_coupled
 from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.theory.balance.coupled_response import response_of
 from qzs_rig.theory.balance.response import FrequencyResponse, least_branch
-from qzs_rig.theory.coupled.coupled_response import response_of
 from qzs_rig.theory.single_term import folds, onset_omega, peak
 
 RANGE = (

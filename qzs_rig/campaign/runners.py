@@ -17,7 +17,7 @@ from qzs_rig.campaign import plan as plans
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.task import Part
 from qzs_rig.errors import InputError, PeerError
-from qzs_rig.theory.balance.one_thread import one_thread
+from qzs_rig.theory.balance.newton import one_thread
 
 WAIT = 10.0
 """Seconds after which a scheduler or worker that does not answer is missing."""

@@ -15,10 +15,10 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import coupled
 from qzs_rig.parameters import RunSpec
 from qzs_rig.report import resonance, response_page
+from qzs_rig.theory.balance.coupled_response import response_of
 from qzs_rig.theory.balance.harmonic_balance import VARIED
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.balance.variation import varied_response
-from qzs_rig.theory.coupled.coupled_response import response_of
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS, TRANSLATIONS
 

@@ -100,7 +100,7 @@ def with_variation(answer: Answer, found: VariedResponse) -> Answer:
             f'{len(b.value)}',
             *_ends(b.value),
             f'{100 * float(np.mean(b.stable)):.0f} %',
-            ', '.join(f'{value:.8g}' for value in b.folds) or 'none',
+            ', '.join(f'{value:.8g}' for value in _folds(found, k)) or 'none',
         )
         for k, b in enumerate(found.branches)
     )
@@ -110,8 +110,8 @@ def with_variation(answer: Answer, found: VariedResponse) -> Answer:
         'omega': found.omega,
         'branches': [
             path_document(b, 'value', 'T', 'amplitude', 'phase_deg', 'stable')
-            | {'folds': list(b.folds)}
-            for b in found.branches
+            | {'folds': _folds(found, k)}
+            for k, b in enumerate(found.branches)
         ],
     }
     return replace(
@@ -120,6 +120,10 @@ def with_variation(answer: Answer, found: VariedResponse) -> Answer:
         tables=[*answer.tables, Table(f'at omega {found.omega:g}', head, rows, labels=1)],
         sheets=[*answer.sheets, sheet] if found.branches else answer.sheets,
     )
+
+
+def _folds(found: VariedResponse, number: int) -> list[float]:
+    return [e.value for e in found.events if (e.kind, e.branch) == ('fold', number)]
 
 
 def _varied(found: VariedResponse, what: str) -> tuple[Curve, ...]:

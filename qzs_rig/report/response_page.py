@@ -27,7 +27,6 @@ from qzs_rig.report.sheet import (
 from qzs_rig.report.table import Table
 from qzs_rig.report.write import pictures, write_page
 from qzs_rig.theory.balance.response import Branch, FrequencyResponse
-from qzs_rig.theory.balance.variation import VariedBranch
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import TRANSLATIONS
 
@@ -68,7 +67,7 @@ def rows(response: FrequencyResponse) -> Iterator[str]:
 
 
 def branch_curves(
-    branches: Iterable[Branch | VariedBranch],
+    branches: Iterable[Branch],
     what: str,
     label: str,
     colour: str,

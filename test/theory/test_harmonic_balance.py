@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,7 +17,6 @@ from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
 from qzs_rig.theory.balance.events import zero_between
 from qzs_rig.theory.balance.harmonic_balance import (
     PARAMETERS,
-    BalanceEquations,
     HarmonicBalance,
     steady,
 )
@@ -56,7 +56,7 @@ def test_the_derivative_of_waves(basis):
 
 @pytest.mark.parametrize('parameter', PARAMETERS)
 def test_slopes_of_the_balance(parameter):
-    unknowns = BalanceEquations(CLOSED, 9, parameter=parameter, omega=0.7)
+    unknowns = HarmonicBalance(CLOSED, 9, parameter=parameter, omega=0.7)
     x = np.random.default_rng(2).normal(size=19) * 0.2
     p = math.log(0.8)
     _, jacobian, slope = unknowns.linearised(x, p)
@@ -76,7 +76,7 @@ def test_residual_and_jacobian_agree_with_the_single_motion():
     omega = np.array([0.3, 0.6, 1.0, 2.0])
     residual, jacobian = balance.residual(x, omega), balance.jacobian(x, omega)
     for k in range(4):
-        alone = balance.linearised(x[k], float(omega[k]))
+        alone = balance.slopes(x[k], float(omega[k]))
         np.testing.assert_allclose(residual[k], alone[0], atol=1e-14)
         np.testing.assert_allclose(jacobian[k], alone[1], atol=1e-14)
 
@@ -116,7 +116,7 @@ def test_odd_harmonics_are_enough_for_an_odd_law():
     own = Oscillator(cubic(1.0, 0.5), 'vertical', PAPER_DESIGN, 0.05, 0.4)
     x = np.zeros(23)
     x[1] = -0.4
-    whole, odd = (refined(BranchProblem(own, 2.0, x, 1.0, 3.0, odd=odd)) for odd in (False, True))
+    whole, odd = (refined(_problem(own, 2.0, x, 1.0, 3.0, odd)) for odd in (False, True))
     n = min(len(whole), len(odd))
     np.testing.assert_allclose(whole[:n], odd[:n], atol=1e-9)
     full, half = (
@@ -126,10 +126,10 @@ def test_odd_harmonics_are_enough_for_an_odd_law():
 
 
 def test_hill_and_floquet_have_the_same_sign():
-    path = follow(BranchProblem(DUFFING, 1.5, _start(DUFFING, 1.5), 0.9, 1.6))
-    found = floquet(DUFFING, path.omega, path.coefficients)
+    path = follow(_problem(DUFFING, 1.5, _start(DUFFING, 1.5), 0.9, 1.6))
+    found = floquet(DUFFING, path.value, path.coefficients)
     signs = [
-        determinants(DUFFING, w, x) for w, x in zip(path.omega, path.coefficients, strict=True)
+        determinants(DUFFING, w, x) for w, x in zip(path.value, path.coefficients, strict=True)
     ]
     clear = np.abs(found.same) > 1e-6
     assert (np.sign([same for same, _ in signs]) == np.sign(found.same))[clear].all()
@@ -205,11 +205,15 @@ def test_resized():
 
 
 def test_a_start_that_leads_nowhere():
-    nowhere = BranchProblem(CLOSED, 0.05, np.full(15, math.nan), 0.02, 1.0)
+    nowhere = _problem(CLOSED, 0.05, np.full(15, math.nan), 0.02, 1.0)
     assert refined(nowhere) is None
     path = follow(nowhere)
     assert path.ends == (Ending(Stop.START),) * 2
-    assert path.omega.tolist() == [0.05]
+    assert path.value.tolist() == [0.05]
+
+
+def _problem(own, omega, x, low, high, odd=False):
+    return BranchProblem(partial(HarmonicBalance, own, odd=odd), omega, x, low, high)
 
 
 def _start(own, omega):

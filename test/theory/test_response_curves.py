@@ -40,7 +40,7 @@ def test_motions_along_a_parameter_repeat(parameter, low, high):
 def test_folds_over_amplitude_are_those_over_frequency():
     fold = max(frequency_response(DUFFING, 0.8, 1.6, isolas=False).folds, key=lambda e: e.omega)
     found = varied_response(DUFFING, fold.omega, 'amplitude', 0.02, 0.5)
-    values = [value for branch in found.branches for value in branch.folds]
+    values = [event.value for event in found.events if event.kind == 'fold']
     # a fold's frequency and its amplitude are found to 1e-10 of each other's slope
     assert min(abs(value / DUFFING.amplitude - 1) for value in values) < 1e-8
 

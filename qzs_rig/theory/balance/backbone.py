@@ -20,8 +20,7 @@ from qzs_rig.theory.balance.basis import resized
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop, WholePath
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.balance.initial_guesses import describing
-from qzs_rig.theory.balance.newton import Point
-from qzs_rig.theory.balance.one_thread import one_thread
+from qzs_rig.theory.balance.newton import Point, one_thread
 from qzs_rig.theory.oscillator import Oscillator
 
 HARMONICS = 31
@@ -56,7 +55,7 @@ class Free:
 
     def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
         """See newton.Equations."""
-        residual, jacobian, slope = self.balance.linearised(self.full(x), math.exp(min(p, 50.0)))
+        residual, jacobian, slope = self.balance.slopes(self.full(x), math.exp(min(p, 50.0)))
         return residual[self.rows], jacobian[np.ix_(self.rows, self.rows)], slope[self.rows]
 
     def full(self, x: Array) -> Array:
@@ -75,7 +74,7 @@ class Resonant:
     def linearised(self, x: Array, p: float) -> tuple[Array, Array, Array]:
         """See newton.Equations."""
         motion = self.full(x)
-        residual, jacobian, slope = self.balance.linearised(motion, math.exp(min(p, 50.0)))
+        residual, jacobian, slope = self.balance.slopes(motion, math.exp(min(p, 50.0)))
         residual[1] -= x[1]
         jacobian[:, 1] = 0.0
         jacobian[1, 1] = -1.0
@@ -148,7 +147,7 @@ def _followed(
     amplitude: tuple[float, float],
     fundamental: int,
 ) -> WholePath:
-    def stop_check(point: Point) -> Ending | None:
+    def stop_check(_: Point, point: Point) -> Ending | None:
         W = abs(float(point.x[fundamental]))
         if equations.balance.oscillator.domain < W:
             return Ending(

@@ -85,25 +85,31 @@ class Basis:
         """(..., coefficients, coefficients): coefficients to those of `stiffness` (..., samples)
         times the wave, what `to_frequency` diag(stiffness) `to_time` is, by its Fourier series."""
         series = np.fft.rfft(stiffness) / self.samples
-        parts = np.concatenate([series.real, -series.imag], axis=-1)
-        first, second, sign, other = self._products
-        return np.asarray(parts[..., first] * sign + parts[..., second] * other)
+        means = np.concatenate([series.real, series.imag, -series.real, -series.imag], axis=-1)
+        less, more = self._products
+        slope = means.take(less, axis=-1)
+        slope += means.take(more, axis=-1)
+        if self.orders[0] == 0:
+            slope[..., 0, :] *= 0.5
+        return np.asarray(slope)
 
     @cached_property
-    def _products(self) -> tuple[NDArray[np.int64], NDArray[np.int64], Array, Array]:
+    def _products(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """2 cos i cos j = cos (i-j) + cos (i+j) and its like: where the means of stiffness times
-        cos and sin of i-j and i+j stand, and their signs, for each pair of waves."""
+        cos and sin of i-j and of i+j stand, for each pair of waves, in (C, -S, -C, S)."""
+        size = self.samples // 2 + 1
         sine = np.concatenate([[0] if r == 0 else [0, 1] for r in self.orders])
-        kind = sine[:, None] + sine
+        kind, row = sine[:, None] + sine, sine[:, None] == 1
         less, more = self.rates[:, None] - self.rates, self.rates[:, None] + self.rates
-        place = np.where(kind == 1, self.samples // 2 + 1, 0)
+        # sin i cos j has sin (i-j), cos i sin j has sin (j-i): of either sign
+        first = np.where(kind == 1, np.where(row == (less > 0), 3, 1), 0)
+        second = np.choose(kind, [0, 3, 2])
         repeats = 2 if self.half_wave else 1
-        both, row = kind == 2, (sine[:, None] == 1) & (kind == 1)
-        sign = np.where(kind == 1, np.where(row, 1.0, -1.0) * np.sign(less), 1.0)
-        other = np.where(both, -1.0, 1.0)
-        half = np.where(self.rates == 0, 0.5, 1.0)[:, None]
-        first, second = (place + np.rint(np.abs(r) / repeats).astype(int) for r in (less, more))
-        return first, second, sign * half, other * half
+        order = (np.rint(np.abs(r) / repeats).astype(int) for r in (less, more))
+        first, second = (
+            size * block + place for block, place in zip((first, second), order, strict=True)
+        )
+        return first, second
 
     def waves(self, share: Array) -> Array:
         """(n, coefficients): coefficients to the values at these shares (n,) of a period."""

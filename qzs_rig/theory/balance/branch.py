@@ -3,79 +3,137 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation, newton
-from qzs_rig.theory.balance.basis import even_part, harmonics_of, resized, symmetric
+from qzs_rig.theory.balance.basis import even_part, harmonics_of, resized
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
-from qzs_rig.theory.balance.harmonic_balance import BalanceEquations, value_of
-from qzs_rig.theory.balance.newton import Point
-from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.theory.balance.newton import Equations, Point
+from qzs_rig.theory.balance.stability import Stability
 
-LADDER = (7, 11, 15, 21, 29, 41, 57, 79, 111, 155)
-"""Numbers of harmonics that are tried."""
-TAIL = 1e-8
-"""The last two harmonics over all, above which more are taken."""
 PATIENCE = 3
 """Numbers of harmonics in which a start may fail to converge."""
-MOST = 1500
-"""Points of a branch in either direction."""
-FURTHEST = 1e3
-"""Motion in L20 or rad, over max(1, Ĥ), at which a branch counts as unbounded."""
+
+
+class Balance(Equations, Protocol):
+    """Equations of periodic motions in so many harmonics: the unknowns x (n,) stand for
+    coefficients (..., 2H + 1), p for the logarithm of a parameter.
+
+    `ladder`: numbers of harmonics to try. More are taken while the tail of a motion is above
+    `accuracy`; on the last rung it may be as large as `loosest`. `steps`: how a path is followed.
+    Events are located again in more harmonics, up to `finest`; `by_determinant`: `losing` is
+    as exact as the motion, so that this helps.
+    """
+
+    @property
+    def harmonics(self) -> int:
+        """H."""
+
+    @property
+    def odd(self) -> bool:
+        """Do motions mirror themselves every half period?"""
+
+    @property
+    def mirrored(self) -> bool:
+        """Is every motion, upside down and half a period later, another one?"""
+
+    @property
+    def ladder(self) -> tuple[int, ...]: ...
+    @property
+    def accuracy(self) -> float: ...
+    @property
+    def loosest(self) -> float: ...
+    @property
+    def steps(self) -> Steps: ...
+    @property
+    def finest(self) -> int: ...
+    @property
+    def by_determinant(self) -> bool: ...
+
+    def full(self, x: Array) -> Array:
+        """The coefficients of the unknowns."""
+
+    def own(self, coefficients: Array) -> Array:
+        """The unknowns of coefficients in any number of harmonics."""
+
+    def tail(self, coefficients: Array, harmonics: int) -> float:
+        """What the last two of `harmonics`, and all above, are of the motion."""
+
+    def beyond(self, x: Array) -> Ending | None:
+        """Why the equations end at this motion, or None."""
+
+    def relative(self, values: Array, coefficients: Array) -> Array:
+        """(n, 2H + 1): of n motions at `values` of the parameter, top against base along the driven
+        degree of freedom."""
+
+    def frequency(self, values: Array) -> Array:
+        """Ω (n,) at `values` of the parameter."""
+
+    def base(self, values: Array) -> Array:
+        """Amplitude (n,) of the base there."""
+
+    def stability(self, values: Array, coefficients: Array) -> Stability:
+        """Of n motions in the order of their path."""
+
+    def defect(self, values: Array, coefficients: Array) -> float:
+        """The most that any of n motions leaves unbalanced in twice the harmonics, over the
+        drive."""
+
+    def losing(self, point: Point) -> float:
+        """0 where a motion loses its stability other than by a fold."""
+
+    def kind(self, point: Point) -> str:
+        """How it does: the kind of the event."""
+
+    def along(self, point: Point) -> tuple[complex, complex]:
+        """u/v of the fundamentals, and its slope along a path over frequency."""
+
+
+Family = Callable[[int], Balance]
+"""The balance in any number of harmonics."""
 
 
 @dataclass(frozen=True)
 class BranchProblem:
-    """A motion (2H + 1,) at `omega` from which its branch is followed while `parameter`, the
-    frequency or another of PARAMETERS, stays within [low, high].
+    """A motion (..., 2H + 1) at `value` of the parameter from which its branch is followed while
+    the parameter stays within [low, high]. `harmonics` None adapts their number."""
 
-    `harmonics` None adapts their number; `odd` keeps to the odd ones (of an odd law).
-    """
-
-    oscillator: Oscillator
-    omega: float
+    family: Family
+    value: float
     coefficients: Array
     low: float
     high: float
-    odd: bool = False
     harmonics: int | None = None
     tolerance: float = 1e-10
-    parameter: str = 'omega'
-
-    @property
-    def value(self) -> float:
-        """Where the parameter is at the start."""
-        return value_of(self.oscillator, self.omega, self.parameter)
-
-    def unknowns(self, harmonics: int) -> BalanceEquations:
-        """The equations in so many harmonics."""
-        return BalanceEquations(self.oscillator, harmonics, self.odd, self.parameter, self.omega)
 
 
 @dataclass(frozen=True)
 class BranchPath:
-    """Motions along the path: `coefficients` (n, 2H + 1) where the parameter is `omega` (n,).
+    """Motions along the path: `coefficients` (n, ..., 2H + 1) at `value` (n,) of the parameter.
 
     `harmonics` (n,) were needed. `ends`: why it ended at its first and its last point; with
     Stop.SYMMETRY just before it would meet a symmetric branch.
     """
 
-    omega: Array
+    value: Array
     coefficients: Array
     harmonics: NDArray[np.int64]
     ends: tuple[Ending, Ending]
 
 
 _Motions = list[tuple[float, Array]]
-"""Values of the parameter, each with a motion (2H + 1,)."""
+"""Values of the parameter, each with the coefficients of a motion."""
 
 
 def follow(problem: BranchProblem) -> BranchPath:
-    """Both ways from the motion of `problem`; first point towards low frequency."""
+    """Both ways from the motion of `problem`; first point towards low values."""
     start = _settled(problem)
     if start is None:
         ends = (Ending(Stop.START),) * 2
@@ -85,6 +143,24 @@ def follow(problem: BranchProblem) -> BranchPath:
         return _followed(problem, up, (upper, upper))
     down, lower = _one_way(problem, *start, -1.0)
     return _followed(problem, [*reversed(down[1:]), *up], (lower, upper))
+
+
+def refined(problem: BranchProblem) -> Array | None:
+    """The coefficients of `problem` in as many harmonics as it takes; None where they lead
+    nowhere: it was an artefact of too few."""
+    found = _settled(problem)
+    return None if found is None else found[0].full(found[1])
+
+
+def ends_in(path: BranchPath, value: float, x: Array, same: float) -> bool:
+    """Does the path end at `value` in the motion x, to the relative distance `same`?"""
+    size = max(float(np.linalg.norm(x)), 1e-12)
+    for end in (0, -1):
+        other = resized(path.coefficients[end], harmonics_of(x))
+        near = float(np.linalg.norm(other - x)) < same * size
+        if near and abs(path.value[end] / value - 1.0) < 1e-9:
+            return True
+    return False
 
 
 def _followed(problem: BranchProblem, points: _Motions, ends: tuple[Ending, Ending]) -> BranchPath:
@@ -103,131 +179,75 @@ def _bounded(value: float, problem: BranchProblem) -> float:
     return near if abs(value - near) < 1e-13 * near else value
 
 
-def refined(problem: BranchProblem) -> Array | None:
-    """The coefficients (2H + 1,) of `problem` in as many harmonics as it takes; None where they
-    lead nowhere: it was an artefact of too few."""
-    found = _settled(problem)
-    return None if found is None else found[0].full(found[1])
-
-
-def _settled(problem: BranchProblem) -> tuple[BalanceEquations, Array] | None:
+def _settled(problem: BranchProblem) -> tuple[Balance, Array] | None:
     x, failures = problem.coefficients, 0
-    for harmonics in LADDER if problem.harmonics is None else (problem.harmonics,):
-        equations = problem.unknowns(harmonics)
-        own = newton.solve(
-            equations, equations.own(x), math.log(problem.value), problem.tolerance, 12
-        )
+    ladder = problem.family(1).ladder if problem.harmonics is None else (problem.harmonics,)
+    for harmonics in ladder:
+        balance = problem.family(harmonics)
+        own = newton.solve(balance, balance.own(x), math.log(problem.value), problem.tolerance, 12)
         if own is None:
             failures += 1
             if failures == PATIENCE:
                 return None
             continue
-        x = equations.full(own)
-        if problem.harmonics is not None or _tail(x, harmonics) <= TAIL:
-            return equations, own
+        x = balance.full(own)
+        if problem.harmonics is not None or balance.tail(x, harmonics) <= _bearable(balance):
+            return balance, own
     return None
+
+
+def _bearable(balance: Balance) -> float:
+    """The largest tail of a motion in so many harmonics."""
+    last = balance.harmonics == balance.ladder[-1]
+    return balance.loosest if last else balance.accuracy
 
 
 def _one_way(
-    problem: BranchProblem, equations: BalanceEquations, x: Array, direction: float
+    problem: BranchProblem, balance: Balance, x: Array, direction: float
 ) -> tuple[_Motions, Ending]:
-    here = home = newton.start(equations, x, math.log(problem.value), direction)
+    here = home = newton.start(balance, x, math.log(problem.value), direction)
     points: _Motions = []
-    bounds, stop_check = (math.log(problem.low), math.log(problem.high)), _StopCheck(problem)
+    low, high = math.log(problem.low), math.log(problem.high)
     while True:
-        stop_check.equations = equations
-        steps = Steps(tolerance=problem.tolerance, most=max(1, MOST - len(points)))
-        path = continuation.follow(
-            equations, here, *bounds, stop_check, steps, _same(home, equations)
-        )
+        most = max(1, balance.steps.most - len(points))
+        steps = replace(balance.steps, tolerance=problem.tolerance, most=most)
+        stop_check = partial(_stop_check, balance, problem.harmonics is None)
+        path = continuation.follow(balance, here, low, high, stop_check, steps, home)
         found = path.points[:-1] if path.stop is Stop.SYMMETRY else path.points
-        points += [(math.exp(q.p), equations.full(q.x)) for q in found[len(points) > 0 :]]
+        points += [(math.exp(q.p), balance.full(q.x)) for q in found[len(points) > 0 :]]
         if path.stop not in (Stop.MORE, Stop.FEWER):
             return points, path.ending
-        moved = _moved(problem, equations, found[-1], path.stop)
-        if moved is None:
-            detail = f'{equations.harmonics} harmonics do not suffice'
+        place = balance.ladder.index(balance.harmonics) + (1 if path.stop is Stop.MORE else -1)
+        other = problem.family(balance.ladder[min(place, len(balance.ladder) - 1)])
+        last = _in_unknowns(other, balance, found[-1])
+        moved = newton.correct(other, last.x, last.p, last.tangent, last.size, problem.tolerance)
+        if moved is None or place == len(balance.ladder):
+            detail = f'{balance.harmonics} harmonics do not suffice'
             return points, Ending(Stop.HARMONICS, detail)
-        equations, here = moved
-        points[-1] = math.exp(here.p), equations.full(here.x)
+        home, here, balance = _in_unknowns(other, balance, home), moved[0], other
+        points[-1] = math.exp(here.p), balance.full(here.x)
 
 
-def _moved(
-    problem: BranchProblem, equations: BalanceEquations, last: Point, stop: Stop
-) -> tuple[BalanceEquations, Point] | None:
-    """The same point in more or fewer harmonics."""
-    place = LADDER.index(equations.harmonics) + (1 if stop is Stop.MORE else -1)
-    if place >= len(LADDER):
+def _in_unknowns(other: Balance, balance: Balance, point: Point) -> Point:
+    """The `point` of one balance in the unknowns of the `other`."""
+    along = newton.joined(other.own(balance.full(point.tangent[:-1])), float(point.tangent[-1]))
+    x = other.own(balance.full(point.x))
+    return Point(x, point.p, along / np.linalg.norm(along), point.size)
+
+
+def _stop_check(balance: Balance, adapts: bool, before: Point, point: Point) -> Ending | None:
+    """Ends a path where the equations end, its mirror image begins, or other harmonics are due."""
+    beyond, x = balance.beyond(point.x), balance.full(point.x)
+    if beyond is not None:
+        return beyond
+    # the even harmonics changed sign at a symmetric motion: what follows mirrors what was
+    if balance.mirrored and np.vdot(even_part(balance.full(before.x)), even_part(x)) < 0:
+        return Ending(Stop.SYMMETRY)
+    if not adapts:
         return None
-    other = problem.unknowns(LADDER[place])
-    along = np.append(other.own(equations.full(last.tangent[:-1])), last.tangent[-1])
-    along /= np.linalg.norm(along)
-    guess = other.own(equations.full(last.x))
-    found = newton.correct(other, guess, last.p, along, last.size, problem.tolerance)
-    return None if found is None else (other, found[0])
-
-
-def _same(home: Point, equations: BalanceEquations) -> Point:
-    """`home` in the unknowns of `equations`, to recognise it."""
-    n = len(equations.balance.basis.columns)
-    x, along = np.zeros(n), np.zeros(n + 1)
-    k = min(n, len(home.x))
-    x[:k], along[:k], along[-1] = home.x[:k], home.tangent[:k], home.tangent[-1]
-    return Point(x, home.p, along, home.size)
-
-
-@dataclass
-class _StopCheck:
-    """Ends a path where other harmonics are due, or the law ends."""
-
-    problem: BranchProblem
-    equations: BalanceEquations | None = None
-    even: Array | None = None
-
-    def __post_init__(self) -> None:
-        self.mirrored = symmetric(self.problem.oscillator)
-
-    def __call__(self, point: Point) -> Ending | None:
-        problem, equations = self.problem, self.equations
-        assert equations is not None
-        w = np.abs(equations.balance.to_time @ point.x).max()
-        if w >= 0.9999 * problem.oscillator.domain:
-            detail = (
-                f'law {problem.oscillator.law.name} ends at |w| = {problem.oscillator.domain:g}'
-            )
-            return Ending(Stop.DOMAIN, detail)
-        if w > FURTHEST * max(1.0, problem.oscillator.amplitude):
-            return Ending(Stop.UNBOUNDED, f'the motion grows beyond {w:.3g}')
-        if self._mirrors(equations.full(point.x)):
-            return Ending(Stop.SYMMETRY)
-        return _due(problem, equations, point.x)
-
-    def _mirrors(self, x: Array) -> bool:
-        """Have the even harmonics changed sign since the last point? They did at the symmetric
-        motion between; what follows is the branch's mirror image."""
-        if self.problem.odd or not self.mirrored:
-            return False
-        before, self.even = self.even, even_part(x)
-        if before is None:
-            return False
-        size = min(len(before), len(x))
-        return float(before[:size] @ self.even[:size]) < 0
-
-
-def _due(problem: BranchProblem, equations: BalanceEquations, x: Array) -> Ending | None:
-    harmonics = equations.harmonics
-    if problem.harmonics is not None:
-        return None
-    full = equations.full(x)
-    if _tail(full, harmonics) > TAIL:
+    if balance.tail(x, balance.harmonics) > _bearable(balance):
         return Ending(Stop.MORE)
-    place = LADDER.index(harmonics)
-    if place and _tail(full, LADDER[place - 1]) < 0.03 * TAIL:
+    place = balance.ladder.index(balance.harmonics)
+    if place and balance.tail(x, balance.ladder[place - 1]) < 0.03 * balance.accuracy:
         return Ending(Stop.FEWER)
     return None
-
-
-def _tail(coefficients: Array, harmonics: int) -> float:
-    """What the last two of `harmonics`, and all above, are of the whole."""
-    high = float(np.linalg.norm(coefficients[2 * harmonics - 3 :]))
-    return high / (float(np.linalg.norm(coefficients)) or 1.0)

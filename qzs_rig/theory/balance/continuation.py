@@ -90,8 +90,8 @@ class Path:
         return self.ending.stop
 
 
-StopCheck = Callable[[Point], Ending | None]
-"""Looks at a new point: why the path ends with it, or None."""
+StopCheck = Callable[[Point, Point], Ending | None]
+"""Looks at a step from the last point to the new one: why the path ends with it, or None."""
 
 
 def follow(
@@ -99,7 +99,7 @@ def follow(
     first: Point,
     low: float,
     high: float,
-    stop_check: StopCheck = lambda _: None,
+    stop_check: StopCheck = lambda *_: None,
     steps: Steps = Steps(),
     origin: Point | None = None,
 ) -> Path:
@@ -121,7 +121,7 @@ def follow(
             last = None if there else _at_bound(equations, here, ahead, bound, steps)
             return Path((*points, last) if last else tuple(points), Ending(Stop.RANGE))
         points.append(ahead)
-        ending = stop_check(ahead)
+        ending = stop_check(here, ahead)
         if ending:
             return Path(tuple(points), ending)
     return Path(tuple(points), Ending(Stop.POINTS, f'{steps.most} points'))
@@ -141,7 +141,7 @@ def both_ways(
     p: float,
     low: float,
     high: float,
-    stop_check: StopCheck = lambda _: None,
+    stop_check: StopCheck = lambda *_: None,
     steps: Steps = Steps(),
 ) -> WholePath:
     """`follow` up and down from the solution x at p; a closed path is followed once."""

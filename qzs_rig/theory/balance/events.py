@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import TypeVar
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,40 +16,55 @@ from numpy.typing import NDArray
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.basis import resized
-from qzs_rig.theory.balance.harmonic_balance import BalanceEquations, transmissibility
+from qzs_rig.theory.balance.branch import Balance, BranchPath, Family
 from qzs_rig.theory.balance.newton import Equations, Point
-from qzs_rig.theory.balance.stability import determinants
-
-Found = TypeVar('Found')
 
 ENOUGH = 1e-11
-"""Relative change of an event's frequency by more harmonics that ends the search."""
+"""Relative change of an event's place by more harmonics that ends the search."""
+CLOSE = 1e-3
+"""More harmonics move an event by less than this share of the chord it lies on."""
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """A piece of a branch: motions (2, 2H + 1) at its ends, where the parameter has `values` (2,).
-
-    `unknowns` gives its equations in any number of harmonics, of which `harmonics` were needed.
+    """A piece of a branch: motions (2, ..., 2H + 1) at its ends, where the parameter has `values`
+    (2,). `family` gives its equations in any number of harmonics, of which `harmonics` were needed.
     """
 
-    unknowns: Callable[[int], BalanceEquations]
+    family: Family
     values: Array
     coefficients: Array
     harmonics: int
 
+    @staticmethod
+    def of(path: BranchPath, family: Family, k: int) -> Stretch:
+        """Between the points k and k + 1 of a path."""
+        pair = slice(k, k + 2)
+        harmonics = int(path.harmonics[pair].max())
+        return Stretch(family, path.value[pair], path.coefficients[pair], harmonics)
+
 
 @dataclass(frozen=True)
 class Located:
-    """A motion `coefficients` (2H + 1,) where the parameter has the value `omega`; `uncertainty` is
-    what the last harmonics moved that by, relative."""
+    """The event `point` of `balance`; `uncertainty` is what the last harmonics moved the parameter
+    by, relative, NaN where no more were tried."""
 
-    omega: float
-    coefficients: Array
+    balance: Balance
+    point: Point
     uncertainty: float
 
+    @property
+    def value(self) -> float:
+        """The parameter."""
+        return math.exp(self.point.p)
 
-Zero = Callable[[BalanceEquations, Point], float]
+    @property
+    def coefficients(self) -> Array:
+        """The motion (..., 2H + 1)."""
+        return self.balance.full(self.point.x)
+
+
+Zero = Callable[[Balance, Point], float]
 """Function of a point that is 0 at the event."""
 
 
@@ -67,14 +81,35 @@ def falls(omega: Array, T: Array, stable: NDArray[np.bool_]) -> NDArray[np.intp]
     return np.flatnonzero(down & stable[:-1] & stable[1:])
 
 
-def folds(values: Array, at: Callable[[int], Found | None]) -> Iterator[tuple[int, Found]]:
-    """Every fold of a path over `values` (n,) and its place; `at(k)` locates one between the
-    points k and k + 1."""
-    for k in turns(values).tolist():
-        located = at(k - 1)
-        place, located = (k - 1, located) if located is not None else (k, at(k))
-        if located is not None:
-            yield place, located
+def folds(path: BranchPath, family: Family) -> Iterator[tuple[int, Located]]:
+    """Every fold of a path and its place."""
+    for turn in turns(path.value).tolist():
+        for k in (turn - 1, turn):
+            located = locate(Stretch.of(path, family, k), turning)
+            if located is not None:
+                yield k, located
+                break
+
+
+def turning(balance: Balance, point: Point) -> float:
+    """0 at a fold: the parameter along the path."""
+    return float(point.tangent[-1])
+
+
+def losing(balance: Balance, point: Point) -> float:
+    """0 where a motion loses its stability other than by a fold."""
+    return balance.losing(point)
+
+
+def crossing(balance: Balance, point: Point) -> float:
+    """0 where T = 1."""
+    return math.log(abs(balance.along(point)[0]))
+
+
+def topping(balance: Balance, point: Point) -> float:
+    """0 where T is largest, or smallest, along a path over frequency."""
+    ratio, slope = balance.along(point)
+    return (ratio.conjugate() * slope).real
 
 
 def zero_between(
@@ -100,57 +135,40 @@ def zero_between(
         return None
 
 
-def turning(unknowns: BalanceEquations, point: Point) -> float:
-    """0 at a fold: the parameter along the path."""
-    return float(point.tangent[-1])
-
-
-def doubling(unknowns: BalanceEquations, point: Point) -> float:
-    """0 at a period doubling, or in odd harmonics at a symmetry breaking."""
-    oscillator, omega = unknowns.at(point.p)
-    return determinants(oscillator, omega, unknowns.full(point.x), unknowns.odd)[1]
-
-
-def crossing(unknowns: BalanceEquations, point: Point) -> float:
-    """0 where T = 1."""
-    oscillator, omega = unknowns.at(point.p)
-    x = unknowns.full(point.x)
-    return float(np.log(np.abs(transmissibility(oscillator, np.array([omega]), x[None])[0])))
-
-
-def topping(unknowns: BalanceEquations, point: Point) -> float:
-    """0 where T is largest, or smallest, along a path over frequency."""
-    oscillator, omega = unknowns.at(point.p)
-    x, step = unknowns.full(point.x), point.size * unknowns.full(point.tangent[:-1])
-    base, rise = float(oscillator.base(omega)), float(point.tangent[-1])
-    w, move = complex(x[1], -x[2]) / base, complex(step[1], -step[2]) / base
-    return float(((1.0 + w).conjugate() * (move + oscillator.falloff * rise * w)).real)
-
-
 def locate(stretch: Stretch, zero: Zero) -> Located | None:
     """The event of `zero` on a stretch; None where it does not change sign there."""
-    harmonics, before = stretch.harmonics, None
-    while True:
-        now = locate_once(stretch, zero, harmonics)
-        if now is None:
-            return before
-        change = math.inf if before is None else abs(now.omega / before.omega - 1.0)
-        now = Located(now.omega, now.coefficients, change)
-        if change < ENOUGH or harmonics > 160:
+    before, now = None, locate_once(stretch, zero)
+    while now is not None:
+        harmonics = now.balance.harmonics
+        if before is not None:
+            now = Located(now.balance, now.point, abs(now.value / before.value - 1.0))
+        if now.uncertainty < ENOUGH or harmonics > now.balance.finest:
             return now
-        before, harmonics = now, harmonics + max(6, 3 * harmonics // 10 // 2 * 2)
+        before, more = now, harmonics + max(6, 3 * harmonics // 10 // 2 * 2)
+        now = locate_once(_close(stretch, now, more), zero) or locate_once(
+            replace(stretch, harmonics=more), zero
+        )
+    return before
 
 
-def locate_once(stretch: Stretch, zero: Zero, harmonics: int) -> Located | None:
-    """`locate` in so many harmonics, whatever more would say."""
-    equations = stretch.unknowns(harmonics)
-    own = [equations.own(x) for x in stretch.coefficients]
+def _close(stretch: Stretch, located: Located, harmonics: int) -> Stretch:
+    """The piece of a stretch close to what was located on it, in more harmonics."""
+    side = np.array([-CLOSE, CLOSE])
+    first, last = (resized(x, located.balance.harmonics) for x in stretch.coefficients)
+    steps = np.multiply.outer(side, last - first)
+    rise = math.log(stretch.values[1] / stretch.values[0])
+    values = located.value * np.exp(side * rise)
+    return Stretch(stretch.family, values, located.coefficients + steps, harmonics)
+
+
+def locate_once(stretch: Stretch, zero: Zero) -> Located | None:
+    """`locate` in the harmonics of the stretch, whatever more would say."""
+    balance = stretch.family(stretch.harmonics)
+    own = [balance.own(x) for x in stretch.coefficients]
     size = float(np.linalg.norm(own[0])) or 1.0
     blank = np.zeros(len(own[0]) + 1)
     here, ahead = (
         Point(x, math.log(value), blank, size) for x, value in zip(own, stretch.values, strict=True)
     )
-    point = zero_between(equations, here, ahead, lambda point: zero(equations, point))
-    if point is None:
-        return None
-    return Located(math.exp(point.p), resized(equations.full(point.x), harmonics), math.inf)
+    point = zero_between(balance, here, ahead, lambda point: zero(balance, point))
+    return None if point is None else Located(balance, point, math.nan)

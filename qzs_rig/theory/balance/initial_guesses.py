@@ -14,7 +14,7 @@ import numpy as np
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import harmonics_of, mirrored, resized, symmetric
-from qzs_rig.theory.balance.branch import BranchPath, BranchProblem
+from qzs_rig.theory.balance.branch import BranchPath
 from qzs_rig.theory.balance.harmonic_balance import steady
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -130,7 +130,7 @@ def kicked(
 
 def crossings(path: BranchPath, omega: float) -> list[Array]:
     """Motions (2H + 1,) of a path where it passes `omega`, between its points."""
-    here, ahead = path.omega[:-1], path.omega[1:]
+    here, ahead = path.value[:-1], path.value[1:]
     found = []
     # the end of a range comes back from its logarithm a bit off
     for k in np.flatnonzero(
@@ -144,27 +144,24 @@ def crossings(path: BranchPath, omega: float) -> list[Array]:
     return found
 
 
-def is_known(problem: BranchProblem, known: Sequence[BranchPath]) -> bool:
-    """Does one of the paths pass the motion of `problem`, or its mirror image?"""
-    for path in known:
-        for guess in crossings(path, problem.omega):
-            for x in (
-                (problem.coefficients, mirrored(problem.coefficients))
-                if symmetric(problem.oscillator)
-                else (problem.coefficients,)
-            ):
-                if _same_motion(problem, guess, x):
-                    return True
-    return False
+def is_known(oscillator: Oscillator, omega: float, x: Array, known: Sequence[BranchPath]) -> bool:
+    """Does one of the paths pass the motion x (2H + 1,) at `omega`, or its mirror image?"""
+    images = (x, mirrored(x)) if symmetric(oscillator) else (x,)
+    return any(
+        _same_motion(oscillator, omega, guess, image)
+        for path in known
+        for guess in crossings(path, omega)
+        for image in images
+    )
 
 
-def _same_motion(problem: BranchProblem, guess: Array, x: Array) -> bool:
+def _same_motion(oscillator: Oscillator, omega: float, guess: Array, x: Array) -> bool:
     guess = resized(guess, harmonics_of(x))
     size = float(np.linalg.norm(x)) or 1.0
     if np.linalg.norm(guess - x) > 0.1 * size:
         return False
-    here = np.array([problem.omega])
-    near = steady(problem.oscillator, here, guess[None], 0.01 * _small(problem.oscillator, here))
+    here = np.array([omega])
+    near = steady(oscillator, here, guess[None], 0.01 * _small(oscillator, here))
     if not near.converged[0]:
         return bool(np.linalg.norm(guess - x) < 0.02 * size)
     return bool(np.linalg.norm(near.coefficients[0] - x) < 1e-5 * size)

@@ -6,12 +6,17 @@ Keller (1977). Lengths are relative: motions over their own size, parameters by 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from functools import cache, wraps
+from typing import Any, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 
 from qzs_rig.samples import Array
+
+In = ParamSpec('In')
+Out = TypeVar('Out')
 
 
 class Equations(Protocol):
@@ -159,3 +164,25 @@ def joined(x: Array, p: float) -> Array:
 
 def length_of(vector: Array) -> float:
     return math.sqrt(vector @ vector)
+
+
+def one_thread(function: Callable[In, Out]) -> Callable[In, Out]:
+    """`function` with BLAS held to one thread while it runs.
+
+    On matrices of a few dozen rows its threads cost several times what they give, ten times on a
+    busy machine, and with their number the order of sums would change, and the last bits.
+    """
+
+    @wraps(function)
+    def alone(*arguments: In.args, **named: In.kwargs) -> Out:
+        with _pools().limit(limits=1, user_api='blas'):
+            return function(*arguments, **named)
+
+    return alone
+
+
+@cache
+def _pools() -> Any:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()

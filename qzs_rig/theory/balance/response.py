@@ -1,14 +1,13 @@
 """The frequency response of an oscillator: every branch with its stability, every event.
 
-Branches are followed from motions that `seeds` finds at both ends of the range and between;
+Branches are followed from motions that `search` finds at both ends of the range and between;
 symmetry-broken ones from where they part.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,29 +15,21 @@ from numpy.typing import NDArray
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import search
-from qzs_rig.theory.balance.basis import harmonics_of, resized
-from qzs_rig.theory.balance.branch import BranchPath
+from qzs_rig.theory.balance.basis import harmonics_of
+from qzs_rig.theory.balance.branch import BranchPath, Family
 from qzs_rig.theory.balance.continuation import Ending
 from qzs_rig.theory.balance.events import (
     Located,
     Stretch,
-    Zero,
     crossing,
-    doubling,
     falls,
     folds,
     locate,
     locate_once,
+    losing,
     topping,
-    turning,
 )
-from qzs_rig.theory.balance.harmonic_balance import (
-    BalanceEquations,
-    HarmonicBalance,
-    transmissibility,
-)
-from qzs_rig.theory.balance.one_thread import one_thread
-from qzs_rig.theory.balance.stability import Floquet, floquet
+from qzs_rig.theory.balance.newton import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 
 Progress = Callable[[float, str], None]
@@ -47,16 +38,18 @@ Progress = Callable[[float, str], None]
 
 @dataclass(frozen=True)
 class Branch:
-    """Steady motions along a continuous path; `omega` (n,) may fold back.
+    """Steady motions along a continuous path; `omega` (n,) may fold back. Where another parameter
+    was followed, `value` (n,) is that one's and `omega` everywhere the same.
 
     `T` = |u/v| and `phase_deg` of u against v in (-180, 180], `amplitude` of w: of fundamentals.
-    `coefficients` (n, 2H + 1) as in HarmonicBalance, of which `harmonics` (n,) were needed.
-    `multipliers` (n, 2): Floquet's. `symmetric`: all motions mirror themselves every half period.
+    `coefficients` (n, 2H + 1) of w as in HarmonicBalance, of which `harmonics` (n,) were needed.
+    `multipliers` (n, m): Floquet's. `symmetric`: all motions mirror themselves every half period.
     `ends`: why it ends at its first and its last point. `defect`: the most that any motion
     leaves unbalanced in twice the harmonics, over the drive; a large one marks an artefact of too
     few harmonics.
     """
 
+    value: Array
     omega: Array
     T: Array
     amplitude: Array
@@ -72,9 +65,11 @@ class Branch:
 
 @dataclass(frozen=True)
 class Event:
-    """`kind` 'fold', 'period_doubling' or 'symmetry_breaking' on branch number `branch`;
-    `uncertainty` is the relative change of omega by the last harmonics added."""
+    """`kind` 'fold', 'period_doubling' or 'symmetry_breaking' (of a coupled platform also
+    'neimark_sacker') on branch number `branch`, where the followed parameter has `value`;
+    `uncertainty` is the relative change of that by the last harmonics added."""
 
+    value: float
     omega: float
     T: float
     kind: str
@@ -111,22 +106,6 @@ class FrequencyResponse:
         return max((int(branch.harmonics.max()) for branch in self.branches), default=0)
 
 
-def highest(branches: Sequence[Branch]) -> tuple[int, int] | None:
-    """Number of a branch and place on it: the point of largest T that is stable."""
-    found = [
-        (float(b.T[k]), number, int(k))
-        for number, b in enumerate(branches)
-        for k in np.flatnonzero(b.stable)
-    ]
-    return max(found)[1:] if found else None
-
-
-def peak_among(branches: Sequence[Branch]) -> tuple[float, float] | None:
-    """(Ω, T) of the highest stable point."""
-    at = highest(branches)
-    return at and (float(branches[at[0]].omega[at[1]]), float(branches[at[0]].T[at[1]]))
-
-
 @one_thread
 def frequency_response(
     oscillator: Oscillator,
@@ -144,12 +123,10 @@ def frequency_response(
     (the same seeds every time). Raises InputError for a range or an amplitude that has no
     transmissibility. A branch that ends early keeps its points and says why.
     """
-    _check(oscillator, low, high)
+    check(oscillator, low, high)
     tell = progress or (lambda share, text: None)
     span = search.Range(oscillator, low, high, harmonics, tolerance)
-    found = _read_off(span, search.paths(span, isolas, tell), tell)
-    tell(1.0, 'done')
-    return found
+    return read_off(oscillator, low, high, search.paths(span, isolas, tell), tell)
 
 
 @one_thread
@@ -158,13 +135,14 @@ def least_branch(
 ) -> FrequencyResponse:
     """Only the branch of the smallest motion at the high end of [low, high], or with `direction`
     'up' at the low one: where a sweep down or up begins. Raises as `frequency_response`."""
-    _check(oscillator, low, high)
+    check(oscillator, low, high)
     span = search.Range(oscillator, low, high, harmonics)
-    path = search.least_path(span, high if direction == 'down' else low)
-    return _read_off(span, [] if path is None else [path], lambda share, text: None)
+    paths = search.least_path(span, high if direction == 'down' else low)
+    return read_off(oscillator, low, high, paths, lambda share, text: None)
 
 
-def _check(oscillator: Oscillator, low: float, high: float) -> None:
+def check(oscillator: Oscillator, low: float, high: float) -> None:
+    """Raise InputError for a range or an amplitude that has no transmissibility."""
     if not 0.0 < low < high < np.inf:
         raise InputError(f'omega {low:g}:{high:g}: give a range that rises from above 0')
     if not oscillator.amplitude > 0.0:
@@ -172,125 +150,120 @@ def _check(oscillator: Oscillator, low: float, high: float) -> None:
                          'one, 1e-6, for the linear limit')  # fmt: skip
 
 
-def _read_off(span: search.Range, paths: search.Found, tell: Progress) -> FrequencyResponse:
-    """Stability, events and onsets of the paths of a range."""
-    oscillator = span.oscillator
-    tell(0.8, 'events')
-    floquets = [floquet(oscillator, path.omega, path.coefficients, odd) for path, odd in paths]
-    branches = tuple(
-        _branch(oscillator, *path, own) for path, own in zip(paths, floquets, strict=True)
-    )
-    events = tuple(
-        event
-        for k, (branch, own) in enumerate(zip(branches, floquets, strict=True))
-        for event in _events(oscillator, k, branch, own)
-    )
-    onset = sorted(w for branch in branches for w in _onsets(oscillator, branch))
-    early = {str(end) for b in branches for end in b.ends if end.early}
+def read_off(
+    oscillator: Oscillator, low: float, high: float, paths: search.Found, tell: Progress
+) -> FrequencyResponse:
+    """Stability, events and onsets of paths over frequency, each with its equations."""
+    branches, events, onset = [], [], []
+    for number, (path, family) in enumerate(paths):
+        tell(0.8 + 0.2 * number / len(paths), 'stability and events')
+        branch, own = branch_of(path, family, number)
+        branches.append(branch)
+        events += own
+        onset += [
+            at.value
+            for k in falls(branch.omega, branch.T, branch.stable).tolist()
+            if (at := locate(Stretch.of(path, family, k), crossing)) is not None
+        ]
+    early = {str(end) for branch in branches for end in branch.ends if end.early}
+    tell(1.0, 'done')
     return FrequencyResponse(
         oscillator,
-        span.low,
-        span.high,
-        branches,
-        events,
-        tuple(onset),
+        low,
+        high,
+        tuple(branches),
+        tuple(events),
+        tuple(sorted(onset)),
         '; '.join(sorted(early)) or (None if branches else 'no steady motion was found'),
-        _peak(oscillator, branches, events),
+        _peak(paths, branches, events),
     )
+
+
+def branch_of(path: BranchPath, family: Family, number: int) -> tuple[Branch, list[Event]]:
+    """What the motions of a path do, and its events, in their order; it is branch `number`."""
+    balance = family(harmonics_of(path.coefficients))
+    stability = balance.stability(path.value, path.coefficients)
+    w = balance.relative(path.value, path.coefficients)
+    ratio = 1.0 + (w[:, 1] - 1j * w[:, 2]) / balance.base(path.value)
+    phase = np.degrees(np.angle(ratio))
+    found = [(k, 'fold', at) for k, at in folds(path, family)]
+    for k in stability.changes.tolist():
+        stretch = Stretch.of(path, family, k)
+        at = locate(stretch, losing) if balance.by_determinant else locate_once(stretch, losing)
+        if at is not None:
+            found.append((k, at.balance.kind(at.point), at))
+    branch = Branch(
+        value=path.value,
+        omega=balance.frequency(path.value),
+        T=np.abs(ratio),
+        amplitude=np.hypot(w[:, 1], w[:, 2]),
+        phase_deg=np.where(phase > -180.0, phase, 180.0),
+        stable=stability.stable,
+        coefficients=w,
+        harmonics=path.harmonics,
+        multipliers=stability.multipliers,
+        symmetric=balance.odd,
+        ends=path.ends,
+        defect=balance.defect(path.value, path.coefficients),
+    )
+    found.sort(key=lambda event: event[0])
+    return branch, [_event(at, kind, number) for _, kind, at in found]
+
+
+def _event(at: Located, kind: str, number: int) -> Event:
+    value = np.array([at.value])
+    w = at.balance.relative(value, at.coefficients[None])[0]
+    ratio = at.balance.along(at.point)[0]
+    return Event(
+        value=at.value,
+        omega=float(at.balance.frequency(value)[0]),
+        T=abs(ratio),
+        kind=kind,
+        amplitude=float(np.hypot(w[1], w[2])),
+        phase_deg=float(np.degrees(np.angle(ratio))),
+        branch=number,
+        uncertainty=at.uncertainty,
+        coefficients=w,
+    )
+
+
+def peak_among(branches: Sequence[Branch]) -> tuple[float, float] | None:
+    """(Ω, T) of the stable point of largest T."""
+    at = _highest(branches)
+    return at and (float(branches[at[0]].omega[at[1]]), float(branches[at[0]].T[at[1]]))
+
+
+def _highest(branches: Sequence[Branch]) -> tuple[int, int] | None:
+    """Number of a branch and place on it."""
+    found = [
+        (float(b.T[k]), number, int(k))
+        for number, b in enumerate(branches)
+        for k in np.flatnonzero(b.stable)
+    ]
+    return max(found)[1:] if found else None
 
 
 def _peak(
-    oscillator: Oscillator, branches: Sequence[Branch], events: Sequence[Event]
+    paths: search.Found, branches: Sequence[Branch], events: Sequence[Event]
 ) -> tuple[float, float] | None:
     """About the highest point: where T stands still between stable points, or its branch folds."""
-    at = highest(branches)
+    at = _highest(branches)
     if at is None:
         return None
     number, k = at
-    branch, found = branches[number], [peak_among(branches)]
-    for place in range(max(k - 1, 0), min(k + 1, len(branch.omega) - 1)):
-        reach = abs(branch.omega[place + 1] - branch.omega[place])
-        if branch.stable[place] and branch.stable[place + 1]:
-            stretch = _stretch(oscillator, branch, place)
-            top = locate_once(stretch, topping, stretch.harmonics)
-            if top is not None:
-                event = _event(oscillator, 'peak', number, top)
-                found.append((event.omega, event.T))
-        found += [
-            (event.omega, event.T)
-            for event in events
-            if (event.kind, event.branch) == ('fold', number)
-            and abs(event.omega - branch.omega[k]) <= reach
-        ]
-    return max((each for each in found if each), key=lambda each: each[1])
+    branch = branches[number]
 
+    def candidates() -> Iterator[tuple[float, float]]:
+        yield float(branch.omega[k]), float(branch.T[k])
+        for place in range(max(k - 1, 0), min(k + 1, len(branch.omega) - 1)):
+            if branch.stable[place] and branch.stable[place + 1]:
+                top = locate_once(Stretch.of(*paths[number], place), topping)
+                if top is not None:
+                    yield top.value, abs(top.balance.along(top.point)[0])
+            reach = abs(branch.omega[place + 1] - branch.omega[place])
+            for event in events:
+                near = abs(event.omega - branch.omega[k]) <= reach
+                if (event.kind, event.branch) == ('fold', number) and near:
+                    yield event.omega, event.T
 
-def _branch(oscillator: Oscillator, path: BranchPath, odd: bool, floquets: Floquet) -> Branch:
-    ratio = transmissibility(oscillator, path.omega, path.coefficients)
-    phase = np.degrees(np.angle(ratio))
-    return Branch(
-        omega=path.omega,
-        T=np.abs(ratio),
-        amplitude=np.hypot(path.coefficients[:, 1], path.coefficients[:, 2]),
-        phase_deg=np.where(phase > -180.0, phase, 180.0),
-        stable=floquets.stable,
-        coefficients=path.coefficients,
-        harmonics=path.harmonics,
-        multipliers=floquets.multipliers,
-        symmetric=odd,
-        ends=path.ends,
-        defect=_defect(oscillator, path),
-    )
-
-
-def _defect(oscillator: Oscillator, path: BranchPath) -> float:
-    harmonics = 2 * harmonics_of(path.coefficients)
-    left = HarmonicBalance(oscillator, harmonics).residual(
-        resized(path.coefficients, harmonics), path.omega
-    )
-    return float((np.linalg.norm(left, axis=1) / oscillator.drive(path.omega)).max())
-
-
-def _events(oscillator: Oscillator, number: int, branch: Branch, floquets: Floquet) -> list[Event]:
-    found: list[tuple[int, Event]] = []
-    for place, at in folds(branch.omega, lambda k: _at(oscillator, branch, k, turning)):
-        found.append((place, _event(oscillator, 'fold', number, at)))
-    kind = 'symmetry_breaking' if branch.symmetric else 'period_doubling'
-    other = floquets.other
-    for k in np.flatnonzero((other[:-1] > 0) != (other[1:] > 0)):
-        located = _at(oscillator, branch, int(k), doubling)
-        if located is not None:
-            found.append((int(k), _event(oscillator, kind, number, located)))
-    return [event for _, event in sorted(found, key=lambda pair: pair[0])]
-
-
-def _onsets(oscillator: Oscillator, branch: Branch) -> list[float]:
-    places = falls(branch.omega, branch.T, branch.stable)
-    located = (_at(oscillator, branch, int(k), crossing) for k in places)
-    return [place.omega for place in located if place is not None]
-
-
-def _at(oscillator: Oscillator, branch: Branch, k: int, zero: Zero) -> Located | None:
-    return locate(_stretch(oscillator, branch, k), zero)
-
-
-def _stretch(oscillator: Oscillator, branch: Branch, k: int) -> Stretch:
-    pair = slice(k, k + 2)
-    unknowns = partial(BalanceEquations, oscillator, odd=branch.symmetric)
-    harmonics = int(branch.harmonics[pair].max())
-    return Stretch(unknowns, branch.omega[pair], branch.coefficients[pair], harmonics)
-
-
-def _event(oscillator: Oscillator, kind: str, number: int, located: Located) -> Event:
-    x = located.coefficients
-    ratio = transmissibility(oscillator, np.array([located.omega]), x[None])[0]
-    return Event(
-        located.omega,
-        float(abs(ratio)),
-        kind,
-        float(np.hypot(x[1], x[2])),
-        float(np.degrees(np.angle(ratio))),
-        number,
-        located.uncertainty,
-        x,
-    )
+    return max(candidates(), key=lambda each: each[1])

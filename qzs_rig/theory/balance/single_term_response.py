@@ -53,7 +53,7 @@ def _fold(law: tuple[float, float, float], own: Oscillator, edge: float) -> Even
         float(np.mean(part[0, first : first + 2]))
         for part in (inside.T, inside.W, inside.phase_deg)
     )
-    return Event(edge, T, 'fold', W, phase, 0, 0.0, np.empty(0))
+    return Event(edge, edge, T, 'fold', W, phase, 0, 0.0, np.empty(0))
 
 
 def _frequencies(low: float, high: float, edges: Array) -> Array:
@@ -87,6 +87,6 @@ def _branch(answer: SingleTerm, place: slice, column: int, own: Oscillator) -> B
     coefficients = np.stack([np.zeros_like(T), w.real, -w.imag], axis=1)
     unknown = np.full((len(T), 2), np.nan + 0j)
     return Branch(
-        omega, T, answer.W[place, column], phase, answer.stable[place, column], coefficients,
+        omega, omega, T, answer.W[place, column], phase, answer.stable[place, column], coefficients,
         np.ones(len(T), dtype=np.int64), unknown, True, (Ending(Stop.RANGE),) * 2,
     )  # fmt: skip

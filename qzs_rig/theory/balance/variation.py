@@ -9,57 +9,46 @@ and Gross 2019, section 4.5; Govaerts 2000).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import continuation, initial_guesses, newton
 from qzs_rig.theory.balance.basis import harmonics_of, lopsided, symmetric
-from qzs_rig.theory.balance.branch import BranchPath, BranchProblem, follow, refined
-from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
-from qzs_rig.theory.balance.events import Located, Stretch, folds, locate, turning
-from qzs_rig.theory.balance.harmonic_balance import (
-    VARIED,
-    HarmonicBalance,
-    transmissibility,
-    with_value,
+from qzs_rig.theory.balance.branch import (
+    BranchPath,
+    BranchProblem,
+    Family,
+    ends_in,
+    follow,
+    refined,
 )
-from qzs_rig.theory.balance.newton import Point
-from qzs_rig.theory.balance.one_thread import one_thread
-from qzs_rig.theory.balance.response import Event, frequency_response
-from qzs_rig.theory.balance.stability import floquet
+from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
+from qzs_rig.theory.balance.harmonic_balance import VARIED, HarmonicBalance, with_value
+from qzs_rig.theory.balance.newton import Point, one_thread
+from qzs_rig.theory.balance.response import Branch, Event, branch_of, frequency_response
+from qzs_rig.theory.balance.stability import stiffness
 from qzs_rig.theory.oscillator import Oscillator
 
 LEVELS = 5
 """Values of the parameter at which folds are looked for."""
-
-
-@dataclass(frozen=True)
-class VariedBranch:
-    """Motions along a path over `value` (n,) of the parameter; the rest as in response.Branch."""
-
-    value: Array
-    T: Array
-    amplitude: Array
-    phase_deg: Array
-    stable: NDArray[np.bool_]
-    coefficients: Array
-    ends: tuple[Ending, Ending]
-    folds: tuple[float, ...]
+SAME = 1e-5
+"""Relative distance of two motions below which they are one."""
 
 
 @dataclass(frozen=True)
 class VariedResponse:
-    """All branches at `omega` over `parameter` that reach one of its bounds."""
+    """All branches at `omega` over `parameter` that reach one of its bounds, and their events."""
 
     oscillator: Oscillator
     parameter: str
     omega: float
-    branches: tuple[VariedBranch, ...]
+    branches: tuple[Branch, ...]
+    events: tuple[Event, ...]
 
 
 @one_thread
@@ -71,19 +60,24 @@ def varied_response(
     Raises InputError for another parameter, and for a range that does not rise from above 0.
     """
     _check(parameter, low, high)
-    found: list[tuple[BranchPath, BranchProblem]] = []
+    found: list[tuple[BranchPath, Family]] = []
     for value in (high, low):
         at = with_value(oscillator, parameter, value)
         for _, x in initial_guesses.one_term(at, np.array([omega])):
-            problem = BranchProblem(at, omega, x, low, high, parameter=parameter)
+            family = partial(HarmonicBalance, at, parameter=parameter, omega=omega)
+            problem = BranchProblem(family, value, x, low, high)
             start = refined(problem)
-            if start is None or any(_reaches(path, value, start) for path, _ in found):
+            if start is None or any(ends_in(path, value, start, SAME) for path, _ in found):
                 continue
-            odd = symmetric(at) and lopsided(start) < 1e-6
-            problem = replace(problem, coefficients=start, odd=odd)
-            found.append((follow(problem), problem))
+            family = partial(family, odd=symmetric(at) and lopsided(start) < 1e-6)
+            found.append((follow(replace(problem, family=family, coefficients=start)), family))
+    read = [branch_of(path, family, number) for number, (path, family) in enumerate(found)]
     return VariedResponse(
-        oscillator, parameter, omega, tuple(_branch(path, problem) for path, problem in found)
+        oscillator,
+        parameter,
+        omega,
+        tuple(branch for branch, _ in read),
+        tuple(event for _, events in read for event in events),
     )
 
 
@@ -92,46 +86,6 @@ def _check(parameter: str, low: float, high: float) -> None:
         raise InputError(f'unknown parameter {parameter!r}; known: {", ".join(VARIED)}')
     if not 0.0 < low < high < math.inf:
         raise InputError(f'{parameter} {low:g}:{high:g}: give a range that rises from above 0')
-
-
-def _reaches(path: BranchPath, value: float, x: Array) -> bool:
-    size = float(np.linalg.norm(x))
-    for end in (0, -1):
-        other = path.coefficients[end]
-        n = min(len(x), len(other))
-        near = float(np.linalg.norm(x[:n] - other[:n])) < 1e-5 * size
-        if near and abs(path.omega[end] / value - 1.0) < 1e-9:
-            return True
-    return False
-
-
-def _branch(path: BranchPath, problem: BranchProblem) -> VariedBranch:
-    omega = np.array([problem.omega])
-    ratio, stable = np.empty(len(path.omega), dtype=complex), np.empty(len(path.omega), dtype=bool)
-    for k, (value, x) in enumerate(zip(path.omega, path.coefficients, strict=True)):
-        at = with_value(problem.oscillator, problem.parameter, float(value))
-        ratio[k] = transmissibility(at, omega, x[None])[0]
-        stable[k] = floquet(at, omega, x[None], problem.odd).stable[0]
-    return VariedBranch(
-        path.omega,
-        np.abs(ratio),
-        np.hypot(path.coefficients[:, 1], path.coefficients[:, 2]),
-        np.degrees(np.angle(ratio)),
-        stable,
-        path.coefficients,
-        path.ends,
-        _folds(path, problem),
-    )
-
-
-def _folds(path: BranchPath, problem: BranchProblem) -> tuple[float, ...]:
-    def at(k: int) -> Located | None:
-        pair = slice(k, k + 2)
-        needed = int(path.harmonics[pair].max())
-        piece = Stretch(problem.unknowns, path.omega[pair], path.coefficients[pair], needed)
-        return locate(piece, turning)
-
-    return tuple(found.omega for _, found in folds(path.omega, at))
 
 
 @dataclass(frozen=True)
@@ -160,7 +114,7 @@ class Folds:
         n = 2 * self.harmonics + 1
         x, phi, omega = y[:n], y[n : 2 * n], math.exp(min(float(y[-1]), 50.0))
         balance = self._balance(p)
-        residual, jacobian, slope = balance.linearised(x, omega)
+        residual, jacobian, slope = balance.slopes(x, omega)
         matrix = np.zeros((2 * n + 1, 2 * n + 1))
         matrix[:n, :n] = matrix[n : 2 * n, n : 2 * n] = jacobian
         matrix[n : 2 * n, :n] = _curvature(balance, x, phi)
@@ -173,7 +127,7 @@ class Folds:
         return right, matrix, along
 
     def _residual(self, x: Array, phi: Array, omega: float, p: float) -> Array:
-        residual, jacobian, _ = self._balance(p).linearised(x, omega)
+        residual, jacobian, _ = self._balance(p).slopes(x, omega)
         return np.concatenate([residual, jacobian @ phi])
 
     def _balance(self, p: float) -> HarmonicBalance:
@@ -221,40 +175,33 @@ def _followed(
     harmonics = harmonics_of(fold.coefficients)
     size = float(np.linalg.norm(fold.coefficients))
     equations = Folds(oscillator, parameter, harmonics, size)
-    _, jacobian, _ = HarmonicBalance(oscillator, harmonics).linearised(
-        fold.coefficients, fold.omega
-    )
+    jacobian = HarmonicBalance(oscillator, harmonics).jacobian(fold.coefficients, fold.omega)
     null = np.linalg.svd(jacobian)[2][-1] * size
     y = np.concatenate([fold.coefficients, null, [math.log(fold.omega)]])
     start = newton.solve(equations, y, math.log(value))
     if start is None:
         return None
 
-    def stop_check(point: Point) -> Ending | None:
-        inside = omega[0] <= math.exp(point.x[-1]) <= omega[1]
-        return None if inside else Ending(Stop.RANGE)
+    def inside(point: Point) -> bool:
+        return bool(omega[0] <= math.exp(point.x[-1]) <= omega[1])
+
+    def stop_check(_: Point, point: Point) -> Ending | None:
+        return None if inside(point) else Ending(Stop.RANGE)
 
     low, high = math.log(bounds[0]), math.log(bounds[1])
     path = continuation.both_ways(
         equations, start, math.log(value), low, high, stop_check, Steps(first=0.01)
     )
-    points = [point for point in path.points if stop_check(point) is None]
+    points = [point for point in path.points if inside(point)]
     if len(points) < 2:
         return None
-    return _curve(equations, points, path.ends)
-
-
-def _curve(equations: Folds, points: Sequence[Point], ends: tuple[Ending, Ending]) -> FoldCurve:
-    value = np.exp([point.p for point in points])
-    omega = np.exp([point.x[-1] for point in points])
-    w = np.array([point.x[1] - 1j * point.x[2] for point in points])
-    base = np.array(
-        [
-            with_value(equations.oscillator, equations.parameter, float(v)).base(f)
-            for v, f in zip(value, omega, strict=True)
-        ]
-    )
-    return FoldCurve(value, omega, np.abs(1.0 + w / base), np.abs(w), ends)
+    values, frequencies = (np.exp([q.p for q in points]), np.exp([q.x[-1] for q in points]))
+    w = np.array([q.x[1] - 1j * q.x[2] for q in points])
+    base = [
+        with_value(oscillator, parameter, float(v)).base(f)
+        for v, f in zip(values, frequencies, strict=True)
+    ]
+    return FoldCurve(values, frequencies, np.abs(1.0 + w / base), np.abs(w), path.ends)
 
 
 def _on(curve: FoldCurve, value: float, omega: float) -> bool:
@@ -271,9 +218,10 @@ def _on(curve: FoldCurve, value: float, omega: float) -> bool:
 
 def _curvature(balance: HarmonicBalance, x: Array, phi: Array) -> Array:
     """Slope in x of R_x φ: the stiffness's own slope, by a central difference, along φ."""
-    w, along = balance.to_time @ x, balance.to_time @ phi
+    w, along = balance.basis.to_time @ x, balance.basis.to_time @ phi
     h = 1e-5 * max(float(np.abs(w).max()), 1e-6)
-    bend = (balance.oscillator.stiffness(w + h) - balance.oscillator.stiffness(w - h)) / (2 * h)
+    own = balance.oscillator
+    bend = (stiffness(own, w + h) - stiffness(own, w - h)) / (2 * h)
     return balance.basis.tangent(bend * along)
 
 

@@ -1,1 +1,0 @@
-"""The coupled platform balanced in six coordinates."""
