@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from qzs_rig.files import write_new_json
-from qzs_rig.run.runfolder import new_folder, run_document
+from qzs_rig.estimation.estimate import Estimate, from_json
+from qzs_rig.run.runfolder import keep_results, new_folder
+from qzs_rig.run.sheet import RunSheet
 
 
 def test_a_folder_is_named_after_time_scenario_and_id(tmp_path):
@@ -16,10 +17,14 @@ def test_a_folder_is_named_after_time_scenario_and_id(tmp_path):
     assert not folder.exists()
 
 
-def test_the_document_of_a_run_is_json(tmp_path):
-    files = {'bag': tmp_path, 'report': None}
-    document = run_document('id', 'lockstep', 1.5, 0.1, {'top/imu': {'lost': 0}}, files, state='x')
-    path = write_new_json(tmp_path / 'run.json', document)
-    read = json.loads(path.read_text(encoding='utf-8'))
+def test_the_results_of_a_run_are_json(tmp_path):
+    sheet = RunSheet(1, 2, 'lockstep', 3, run_id='id', scenario='s', state='aborted', reason='x')
+    counts = {'top/imu': {'lost': 0}}
+    document = keep_results(
+        tmp_path, sheet, Estimate(), (), rig_s=1.5, wall_s=0.1, topics=counts, bag=tmp_path
+    )
+    read = json.loads((tmp_path / 'run.json').read_text(encoding='utf-8'))
     assert read == document
-    assert (Path(read['bag']), read['report'], read['state']) == (tmp_path, None, 'x')
+    assert (Path(read['bag']), read['report'], read['state']) == (tmp_path, None, 'aborted')
+    assert from_json(Path(read['estimate']).read_text(encoding='utf-8')) == Estimate()
+    assert not (tmp_path / 'theory.json').exists()

@@ -7,8 +7,9 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from qzs_rig import files
 from qzs_rig.errors import BagError
@@ -65,12 +66,20 @@ def declare(spec: TopicSpec, channel_id: int) -> Channel:
     )
 
 
+@cache
+def typestore() -> Typestore:
+    """The messages of ROS 2 Kilted; imported when the first one is met."""
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_KILTED)
+
+
 @lru_cache(maxsize=64)
 def definition_of(msgtype: str) -> tuple[str, str]:
     """Full ros2msg definition and RIHS01 hash of a message type of ROS 2 Kilted."""
-    from rosbags.typesys import Stores, TypesysError, get_typestore
+    from rosbags.typesys import TypesysError
 
-    store = get_typestore(Stores.ROS2_KILTED)
+    store = typestore()
     try:
         definition, _ = store.generate_msgdef(msgtype, ros_version=2)
         return definition, store.hash_rihs01(msgtype)
@@ -93,6 +102,9 @@ def qos_text(spec: TopicSpec) -> str:
         '  avoid_ros_namespace_conventions: false'
     )
 
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
 
 SUFFIXES = ('.mcap', '.db3')
 COMPRESSED = re.compile(r'^\s*compression_mode:\s*["\']?(file|message)\b', re.IGNORECASE | re.M)

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from qzs_rig.bag.folder import Channel, absolute, bag_file
+from qzs_rig.bag.folder import Channel, absolute, bag_file, typestore
 from qzs_rig.bag.mcap_source import McapSource
 from qzs_rig.bag.records import Bytes, MessageBlock, Offsets, Stamps
 from qzs_rig.bag.scan import Limits
@@ -255,10 +255,9 @@ def is_run_sheet(channel: Channel) -> bool:
 def sheet_in(path: Path, message: bytes) -> dict[str, Any]:
     """The run sheet in a serialised std_msgs/String; raises BagError where it is no document."""
     from rosbags.serde import SerdeError
-    from rosbags.typesys import Stores, get_typestore
 
     try:
-        text: Any = get_typestore(Stores.ROS2_KILTED).deserialize_cdr(message, STRING)
+        text: Any = typestore().deserialize_cdr(message, STRING)
         document = json.loads(text.data)
     except (SerdeError, ValueError, RecursionError) as error:
         raise BagError(f'{path}: a run sheet on rig/run is no JSON ({error})') from error

@@ -18,7 +18,7 @@ from qzs_rig.errors import RigError, RunAbortedError
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.predict import predict
 from qzs_rig.run import in_process, runfolder
-from qzs_rig.run.recording import Recording
+from qzs_rig.run.runfolder import Recording
 from qzs_rig.run.sheet import RunSheet, SheetState
 from qzs_rig.run.stages import ExciterStage, PlatformOutput
 from qzs_rig.samples import NS, Samples
@@ -69,25 +69,23 @@ def execute(options: argparse.Namespace) -> int:
         raise RunAbortedError(reason) from error
     finally:
         progress.close()
-    state = 'aborted' if result.stopped else 'finished'
+    state = SheetState.ABORTED if result.stopped else SheetState.FINISHED
+    sheet = sheet.of(state=state, reason=result.stopped, samples=result.samples)
     if recorder:
-        recorder.close(sheet.of(state=state, reason=result.stopped, samples=result.samples))
+        recorder.close(sheet)
     caution(result.cautions)
-    path = files.write_new(folder / 'estimate.json', result.estimate.to_json() + '\n')
-    runfolder.keep_theory(folder, run_id, predictions, result.estimate)
     counts = {'published': result.samples, 'received': result.samples, 'lost': 0, 'duplicated': 0}
-    document = runfolder.run_document(
-        run_id,
-        'in_process',
-        result.rig_s,
-        result.wall_s,
-        {name: dict(counts) for name in ('base/imu', 'top/imu')},
-        {'bag': folder if recorder else None, 'estimate': path, 'report': folder / 'report.html'},
-        state=state,
-        reason=result.stopped,
-        scenario=sheet.scenario,
+    document = runfolder.keep_results(
+        folder,
+        sheet,
+        result.estimate,
+        predictions,
+        rig_s=result.rig_s,
+        wall_s=result.wall_s,
+        topics=dict.fromkeys(('base/imu', 'top/imu'), counts),
+        bag=folder if recorder else None,
+        report=folder / 'report.html',
     )
-    files.write_new_json(folder / 'run.json', document)
     return present(options, document, result.estimate, spec, folder, predictions)
 
 

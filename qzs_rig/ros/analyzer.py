@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import cmath
 import json
+import math
 import time
+from collections.abc import Sequence
 
 from rclpy.context import Context
 from std_srvs.srv import Trigger
@@ -11,15 +14,71 @@ from std_srvs.srv import Trigger
 from qzs_rig import wire
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.channels import dofs_of
+from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import Parameter
+from qzs_rig.prediction import labels
 from qzs_rig.prediction.curve import Prediction, from_document
 from qzs_rig.ros import qos
 from qzs_rig.ros.follower import Follower
-from qzs_rig.ros.node import Message
+from qzs_rig.ros.node import Message, RigNode
 from qzs_rig.ros.process import leave, run
-from qzs_rig.ros.session import DriverSession, Live, Session, driver_sheet
 from qzs_rig.ros.states import FollowerState
+from qzs_rig.run.session import DriverSession, Session, driver_sheet
 from qzs_rig.run.sheet import RunSheet, SheetState
+from qzs_rig.run.stages import AnalyzerStage
+
+ESTIMATE_S = 0.2
+"""Least time between two `analyzer/estimate`."""
+
+
+class Live:
+    """Publishes `analyzer/<dof>/...`, `analyzer/estimate` and `analyzer/match` for a node."""
+
+    def __init__(self, node: RigNode, dofs: Sequence[str]) -> None:
+        self._node = node
+        self._estimate = node.publisher(wire.ESTIMATE)
+        self._values = {
+            dof: [
+                node.publisher(wire.live_topic(dof, name))
+                for name in ('frequency_hz', 'transmissibility', 'phase_deg')
+            ]
+            for dof in dofs
+        }
+        self._match = node.publisher(wire.MATCH)
+        self._published_at = 0.0
+        self._run_id = ''
+        self._predictions: Sequence[Prediction] = ()
+        self.frequency_hz: dict[str, float] = {}
+        """Newest frequency of each degree of freedom that has a point."""
+
+    def begin(self, run_id: str, predictions: Sequence[Prediction]) -> None:
+        """A new run begins, of which theory says `predictions`."""
+        self._run_id, self._predictions = run_id, predictions
+        self.frequency_hz.clear()
+
+    def show(self, stage: AnalyzerStage) -> None:
+        """Publish what is new in `stage`; the whole curve only if somebody listens."""
+        for dof, publishers in self._values.items():
+            point = stage.latest(dof)
+            if point is None or self.frequency_hz.get(dof) == point[0]:
+                continue
+            frequency_hz, ratio = point
+            self.frequency_hz[dof] = frequency_hz
+            values = (frequency_hz, abs(ratio), math.degrees(cmath.phase(ratio)))
+            for publisher, value in zip(publishers, values, strict=True):
+                publisher.publish(wire.encode_float(value))
+        ears = [f'a subscriber of {topic.name}' for topic in (wire.ESTIMATE, wire.MATCH)]
+        watched = len(self._node.unmatched(ears)) < len(ears)
+        if watched and time.monotonic() - self._published_at > ESTIMATE_S:
+            self._published_at = time.monotonic()
+            self.conclude(stage.preview())
+
+    def conclude(self, estimate: Estimate) -> None:
+        """Publish an estimate, and where theory has its points; the last ones stay for late
+        listeners."""
+        self._estimate.publish(wire.encode_json(estimate.to_document()))
+        found = labels.label_all(estimate, self._predictions)
+        self._match.publish(wire.encode_json(labels.to_document(self._run_id, found)))
 
 
 class Analyzer(Follower):
@@ -60,6 +119,12 @@ class Analyzer(Follower):
             self.subscribe(wire.BASE_MOTION, self._take_motion)
             self.subscribe(wire.THEORY, self._take_theory)
 
+    @property
+    def live(self) -> Live:
+        """What people watch; there once the node is configured."""
+        assert self._live is not None
+        return self._live
+
     def endpoints(self, sheet: RunSheet) -> list[str]:
         motion = ['a publisher of base/motion'] if 'platform' in sheet.peers else []
         return [*motion, *(f'a publisher of {name}' for name in self._names)]
@@ -99,6 +164,7 @@ class Analyzer(Follower):
         base, top = (list(raw) for raw in self._raw)
         self._forget()
         session.push(base, top)
+        self.live.show(session.stage)
         self.index = session.index
         if session.sheet.mode == 'lockstep' or session.sheet.samples == self.index:
             self.say()
@@ -113,13 +179,13 @@ class Analyzer(Follower):
         self._forget()
         run_id, predictions = self._theory
         known = predictions if run_id == sheet.run_id else ()
-        assert self._live is not None
-        self._session = Session(self.spec, sheet, self._names, self._live, known)
+        self._session = Session(self.spec, sheet, self._names, known)
+        self.live.begin(sheet.run_id, known)
 
     def _begin_driver(self) -> None:
-        assert self._live is not None
         self.sheet = driver_sheet(self._raw[0][0], self.spec.sections(*self.sections))
-        self._session = DriverSession(self.spec, self.sheet, self._names, self._live)
+        self._session = DriverSession(self.spec, self.sheet, self._names)
+        self.live.begin(self.sheet.run_id, ())
         self.busy = True
         self._enter(FollowerState.RUNNING, 'analyzing')
         self.get_logger().info(f'analyzing {" and ".join(self._names)} into {self._session.folder}')
@@ -146,7 +212,7 @@ class Analyzer(Follower):
     def conclude(self, sheet: RunSheet) -> None:
         if self._session:
             self._push()  # what is still in the lists belongs to this run
-            self._session.conclude(sheet)
+            self.live.conclude(self._session.conclude(sheet))
             self.get_logger().info(f'kept {self._session.folder}')
 
     def close(self) -> None:
@@ -175,7 +241,7 @@ class Analyzer(Follower):
         samples = self.sheet.samples if self.sheet else 0
         line: dict[str, object] = {'state': self.state.value, 'message': self.message}
         line |= {'done': self.index, 'of': samples}
-        for dof, hz in self._live.frequency_hz.items() if self._live else ():
+        for dof, hz in self.live.frequency_hz.items():
             line[f'{dof}_hz'] = hz
         print(json.dumps(line), flush=True)
 

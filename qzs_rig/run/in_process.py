@@ -10,8 +10,7 @@ from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.predict import predict
-from qzs_rig.run.analysis import AnalyzerStage
-from qzs_rig.run.stages import ExciterStage, PlatformOutput, PlatformStage
+from qzs_rig.run.stages import AnalyzerStage, ExciterStage, PlatformOutput, PlatformStage
 from qzs_rig.samples import NS, Samples
 from qzs_rig.scenario import step_ns_of
 

@@ -11,8 +11,8 @@ from qzs_rig.bag import BagReader
 from qzs_rig.errors import BagError, InputError
 from qzs_rig.estimation.estimate import Estimate, from_json
 from qzs_rig.parameters import RunSpec, parse_assignment
-from qzs_rig.run.analysis import AnalyzerStage
 from qzs_rig.run.sheet import RunSheet, from_document
+from qzs_rig.run.stages import AnalyzerStage
 from qzs_rig.samples import Samples
 
 CHUNK = 5000
@@ -29,16 +29,12 @@ class Analysis:
 
 def analyze(path: Path, assignments: Sequence[str] = ()) -> Analysis:
     """Estimate from the Imu topics of the bag at `path`; `--set` words change the analyzer."""
-    reader = BagReader(path)
-    try:
-        sheets = [from_document(document) for document in reader.run_sheets()]
-        sheet = sheets[-1] if sheets else None
+    with BagReader(path) as reader:
+        sheet = _last_sheet(reader)
         spec = _spec(sheet, assignments)
-        stage = AnalyzerStage(spec, sheet.step_ns or None if sheet else None)
         names = [spec.text(f'analyzer.{plate}.topic') for plate in ('base', 'top')]
         base, top = (_readings(reader, name) for name in names)
-    finally:
-        reader.close()
+    stage = AnalyzerStage(spec, sheet.step_ns or None if sheet else None)
     _feed(stage, base, top)
     return Analysis(stage.result(), spec, sheet)
 
@@ -57,22 +53,20 @@ def recorded(path: Path) -> Analysis:
         reader = BagReader(file.parent)
     except BagError:
         return Analysis(estimate, scenario.of({}), None)  # an estimate moved away from its bag
-    try:
-        sheets = [from_document(document) for document in reader.run_sheets()]
-    finally:
-        reader.close()
-    sheet = sheets[-1] if sheets else None
+    with reader:
+        sheet = _last_sheet(reader)
     return Analysis(estimate, _spec(sheet, ()), sheet)
 
 
 def recorded_spec(path: Path, assignments: Sequence[str] = ()) -> RunSpec:
     """The parameters of the run recorded at `path`; the defaults where it holds no run sheet."""
-    reader = BagReader(path)
-    try:
-        sheets = [from_document(document) for document in reader.run_sheets()]
-    finally:
-        reader.close()
-    return _spec(sheets[-1] if sheets else None, assignments)
+    with BagReader(path) as reader:
+        return _spec(_last_sheet(reader), assignments)
+
+
+def _last_sheet(reader: BagReader) -> RunSheet | None:
+    sheets = [from_document(document) for document in reader.run_sheets()]
+    return sheets[-1] if sheets else None
 
 
 def _spec(sheet: RunSheet | None, assignments: Sequence[str]) -> RunSpec:

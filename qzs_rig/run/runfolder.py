@@ -4,14 +4,58 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from qzs_rig import files
+from qzs_rig import files, wire
+from qzs_rig.bag import BagWriter, TopicSpec
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.prediction import curve, labels
 from qzs_rig.prediction.curve import Prediction
+from qzs_rig.run.sheet import RunSheet
+from qzs_rig.samples import Stamps
+from qzs_rig.wire import Bytes
+
+
+class Recording:
+    """The bag of one run: messages as they are, at the times of their stamps (n,).
+
+    `messages` are n serialised ones, in a sequence or, of one length, as rows (n, length).
+    """
+
+    def __init__(self, folder: Path, base_topic: str, top_topic: str) -> None:
+        """Opens `folder` as a new bag with `base/motion`, the two Imu topics and `rig/run`."""
+        imus = (wire.BASE_IMU._replace(name=base_topic), wire.TOP_IMU._replace(name=top_topic))
+        topics = (wire.BASE_MOTION, *imus, wire.RUN)
+        self.folder = folder
+        self._base, self._top = base_topic, top_topic
+        self._writer = BagWriter(folder, [TopicSpec(*topic) for topic in topics])
+
+    def sheet(self, stamp_ns: int, sheet: RunSheet) -> None:
+        """Keep the run sheet."""
+        self._writer.write(wire.RUN.name, [stamp_ns], [wire.encode_json(sheet.to_document())])
+
+    def motion(self, stamps_ns: Sequence[int] | Stamps, messages: Sequence[bytes] | Bytes) -> None:
+        """Keep chunks of base motion."""
+        self._writer.write(wire.BASE_MOTION.name, stamps_ns, messages)
+
+    def base(self, stamps_ns: Stamps, messages: Sequence[bytes] | Bytes) -> None:
+        """Keep messages of the base sensor."""
+        self._writer.write(self._base, stamps_ns, messages)
+
+    def top(self, stamps_ns: Stamps, messages: Sequence[bytes] | Bytes) -> None:
+        """Keep messages of the top sensor."""
+        self._writer.write(self._top, stamps_ns, messages)
+
+    def tick(self) -> None:
+        """Hand over what has waited long enough."""
+        self._writer.tick()
+
+    def close(self) -> None:
+        """Finish the bag; a second call does nothing."""
+        self._writer.close()
+
 
 ROOT = 'runs'
 SCHEMA = 'qzs_rig/run/1'
@@ -23,27 +67,43 @@ def new_folder(scenario: str, run_id: str, root: str = ROOT) -> Path:
     return Path(root) / f'{time.strftime("%Y%m%d-%H%M%S")}_{name}_{run_id}'
 
 
-def run_document(
-    run_id: str,
-    mode: str,
+def keep_results(
+    folder: Path,
+    sheet: RunSheet,
+    estimate: Estimate,
+    predictions: Sequence[Prediction],
+    *,
     rig_s: float,
     wall_s: float,
-    topics: dict[str, dict[str, int]],
-    files: dict[str, Path | None],
-    **more: Any,
+    topics: Mapping[str, Mapping[str, int]],
+    bag: Path | None,
+    report: Path | None = None,
 ) -> dict[str, Any]:
-    """What `--json` prints and `run.json` holds; `files` are bag, estimate and report."""
-    paths = {name: str(path) if path else None for name, path in files.items()}
-    return {
+    """Write estimate.json, theory and run.json of a run that ended as `sheet` says; returns the
+    document in run.json, which `--json` prints.
+
+    `topics` holds counts of samples: published, received, lost, duplicated. `report` is where one
+    will be.
+    """
+    path = files.write_new(folder / 'estimate.json', estimate.to_json() + '\n')
+    if predictions:
+        keep_theory(folder, sheet.run_id, predictions, estimate)
+    document = {
         'schema': SCHEMA,
-        'run_id': run_id,
-        'mode': mode,
+        'run_id': sheet.run_id,
+        'mode': sheet.mode,
         'rig_s': rig_s,
         'wall_s': wall_s,
         'topics': topics,
-        **paths,
-        **more,
+        'bag': str(bag) if bag else None,
+        'estimate': str(path),
+        'report': str(report) if report else None,
+        'state': sheet.state.value,
+        'reason': sheet.reason,
+        'scenario': sheet.scenario,
     }
+    files.write_new_json(folder / 'run.json', document)
+    return document
 
 
 def keep_theory(

@@ -12,10 +12,9 @@ from qzs_rig.bag import BagReader
 from qzs_rig.errors import DivergenceError, InputError
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.run import in_process, offline
-from qzs_rig.run.analysis import AnalyzerStage
-from qzs_rig.run.recording import Recording
+from qzs_rig.run.runfolder import Recording
 from qzs_rig.run.sheet import RunSheet
-from qzs_rig.run.stages import ExciterStage, PlatformStage
+from qzs_rig.run.stages import AnalyzerStage, ExciterStage, PlatformStage
 from qzs_rig.samples import Samples
 from qzs_rig.theory.single_term import single_term
 from qzs_rig.units import DOFS

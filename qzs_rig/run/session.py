@@ -2,78 +2,19 @@
 
 from __future__ import annotations
 
-import cmath
-import math
 import time
 import uuid
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from qzs_rig import files, wire
+from qzs_rig import wire
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import RunSpec, Value
-from qzs_rig.prediction import labels
 from qzs_rig.prediction.curve import Prediction
-from qzs_rig.ros.node import RigNode
-from qzs_rig.run import runfolder
-from qzs_rig.run.analysis import AnalyzerStage
-from qzs_rig.run.recording import Recording
+from qzs_rig.run.runfolder import Recording, keep_results, new_folder
 from qzs_rig.run.sheet import RunSheet, SheetState
+from qzs_rig.run.stages import AnalyzerStage
 from qzs_rig.samples import NS, Samples
-
-ESTIMATE_S = 0.2
-"""Least time between two `analyzer/estimate`."""
-
-
-class Live:
-    """Publishes `analyzer/<dof>/...`, `analyzer/estimate` and `analyzer/match` for a node."""
-
-    def __init__(self, node: RigNode, dofs: Sequence[str]) -> None:
-        self._node = node
-        self._estimate = node.publisher(wire.ESTIMATE)
-        self._values = {
-            dof: [
-                node.publisher(wire.live_topic(dof, name))
-                for name in ('frequency_hz', 'transmissibility', 'phase_deg')
-            ]
-            for dof in dofs
-        }
-        self._match = node.publisher(wire.MATCH)
-        self._published_at = 0.0
-        self._run_id = ''
-        self._predictions: Sequence[Prediction] = ()
-        self.frequency_hz: dict[str, float] = {}
-        """Newest frequency of each degree of freedom that has a point."""
-
-    def begin(self, run_id: str, predictions: Sequence[Prediction]) -> None:
-        """A new run begins, of which theory says `predictions`."""
-        self._run_id, self._predictions = run_id, predictions
-        self.frequency_hz.clear()
-
-    def show(self, stage: AnalyzerStage) -> None:
-        """Publish what is new in `stage`; the whole curve only if somebody listens."""
-        for dof, publishers in self._values.items():
-            point = stage.latest(dof)
-            if point is None or self.frequency_hz.get(dof) == point[0]:
-                continue
-            frequency_hz, ratio = point
-            self.frequency_hz[dof] = frequency_hz
-            values = (frequency_hz, abs(ratio), math.degrees(cmath.phase(ratio)))
-            for publisher, value in zip(publishers, values, strict=True):
-                publisher.publish(wire.encode_float(value))
-        ears = [f'a subscriber of {topic.name}' for topic in (wire.ESTIMATE, wire.MATCH)]
-        watched = len(self._node.unmatched(ears)) < len(ears)
-        if watched and time.monotonic() - self._published_at > ESTIMATE_S:
-            self._published_at = time.monotonic()
-            self.conclude(stage.preview())
-
-    def conclude(self, estimate: Estimate) -> None:
-        """Publish an estimate, and where theory has its points; the last ones stay for late
-        listeners."""
-        self._estimate.publish(wire.encode_json(estimate.to_document()))
-        found = labels.label_all(estimate, self._predictions)
-        self._match.publish(wire.encode_json(labels.to_document(self._run_id, found)))
-
 
 BATCH_S = 0.02
 """Rig time that is estimated in one go in real time."""
@@ -82,9 +23,10 @@ DRIVER_BATCH = 20
 
 
 class Session:
-    """A run on the grid of its sheet: estimated by AnalyzerStage, kept by Recording.
+    """A run on the grid of its sheet: estimated by `stage`, kept by a Recording.
 
-    `index` is the number of samples that both sensors have reached.
+    `index` is the number of samples that both sensors have reached; `batch`, how many are best
+    pushed in one go.
     """
 
     def __init__(
@@ -92,21 +34,19 @@ class Session:
         spec: RunSpec,
         sheet: RunSheet,
         topics: tuple[str, str],
-        live: Live,
-        predictions: tuple[Prediction, ...] = (),
+        predictions: Sequence[Prediction] = (),
     ) -> None:
+        """`topics` are the names of the base's and the top's Imu."""
         self.sheet, self._topics, self._predictions = sheet, topics, predictions
-        self.live = live
         self.index = 0
         self.batch, self._step_ns = self._pace()
-        self._stage = self._new_stage(spec)
+        self.stage = self._new_stage(spec)
         named = spec.text('folder')
-        self.folder = Path(named) if named else runfolder.new_folder(sheet.scenario, sheet.run_id)
+        self.folder = Path(named) if named else new_folder(sheet.scenario, sheet.run_id)
         self._recording = Recording(self.folder, *topics)
         self._recording.sheet(sheet.start_ns, sheet)
         self._first_at = self.last_at = 0.0
         self._reached = [sheet.start_ns - self._step_ns] * 2
-        live.begin(sheet.run_id, predictions)
 
     # --- what differs for a driver
 
@@ -134,14 +74,13 @@ class Session:
         if base:
             readings = wire.decode_imu(base)
             self._recording.base(readings.stamps_ns, base)
-            self._stage.push_base(readings)
+            self.stage.push_base(readings)
             self._mark(0, readings)
         if top:
             readings = wire.decode_imu(top)
             self._recording.top(readings.stamps_ns, top)
-            self._stage.push_top(readings)
+            self.stage.push_top(readings)
             self._mark(1, readings)
-        self.live.show(self._stage)
 
     def _mark(self, plate: int, readings: Samples) -> None:
         self.last_at = time.monotonic()
@@ -158,32 +97,27 @@ class Session:
         """Close the bag, whatever happened."""
         self._recording.close()
 
-    def conclude(self, sheet: RunSheet) -> None:
-        """Write bag, estimate.json, theory and run.json of the run, which ended as `sheet` says."""
-        estimate = self._stage.result()
+    def conclude(self, sheet: RunSheet) -> Estimate:
+        """Write bag, estimate, theory and run.json of the run, which ended as `sheet` says."""
+        estimate = self.stage.result()
         end_ns = max(*self._reached, sheet.start_ns)
         self._recording.sheet(end_ns, sheet)
         self._recording.close()
-        path = files.write_new(self.folder / 'estimate.json', estimate.to_json() + '\n')
-        if self._predictions:
-            runfolder.keep_theory(self.folder, sheet.run_id, self._predictions, estimate)
-        document = runfolder.run_document(
-            sheet.run_id,
-            sheet.mode,
+        keep_results(
+            self.folder,
+            sheet,
+            estimate,
+            self._predictions,
             rig_s=(end_ns - sheet.start_ns) / NS,
             wall_s=self.last_at - self._first_at,
             topics=self._counts(sheet),
-            files={'bag': self.folder, 'estimate': path, 'report': None},
-            state=sheet.state.value,
-            reason=sheet.reason,
-            scenario=sheet.scenario,
+            bag=self.folder,
         )
-        files.write_new_json(self.folder / 'run.json', document)
-        self.live.conclude(estimate)
+        return estimate
 
     def _counts(self, sheet: RunSheet) -> dict[str, dict[str, int]]:
         topics = {}
-        for name, counts in zip(self._topics, self._stage.counts.values(), strict=True):
+        for name, counts in zip(self._topics, self.stage.counts.values(), strict=True):
             fresh = counts.received - counts.duplicated
             published = self._published(sheet, fresh + counts.lost)
             topics[name] = {
@@ -198,7 +132,7 @@ class Session:
         """Counters for the status."""
         return {
             f'{word} {name}': str(getattr(counts, word))
-            for name, counts in zip(self._topics, self._stage.counts.values(), strict=True)
+            for name, counts in zip(self._topics, self.stage.counts.values(), strict=True)
             for word in ('received', 'lost', 'duplicated')
         }
 
