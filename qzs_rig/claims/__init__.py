@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from qzs_rig.claims import at_rest, settling, sweeps, transmission
-from qzs_rig.claims.verdicts import Verdict
+from qzs_rig.claims import at_rest, settling, transmission
+from qzs_rig.claims.paper import Verdict
 
 STATIC: dict[str, Callable[[], Verdict]] = {
     'C1': at_rest.vertical_stiffness,
@@ -24,8 +24,8 @@ DYNAMIC: dict[str, Callable[[], Verdict]] = {
     'C10': transmission.damping,
     'C11': transmission.length,
     'C12': transmission.onset,
-    'C13': sweeps.interval,
-    'C14': sweeps.against_linear,
+    'C13': transmission.interval,
+    'C14': transmission.against_linear,
 }
 """Checks that integrate and continue: seconds, on demand."""
 

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import math
 
-from qzs_rig.claims.verdicts import Verdict, judged
+from qzs_rig.claims.paper import K1, L20, PAYLOAD, Verdict
 from qzs_rig.mechanics import springs, statics
 from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.units import DOFS, GRAVITY
 
-K1, PAYLOAD = 20000.0, 50.0
-"""Table 1."""
+ZERO = 1e-12
+"""Rounding of sums of order 1."""
+TOLERANCE = 0.05
+"""Stiffness over k1 that counts as low."""
+PRINTED = {'central': 19973.0, 'suspension': 22570.0}
+"""Rates of Table 3, N/m."""
+LIMIT = 0.035
+SPANS = {'vertical': 0.4, 'horizontal': 0.4, 'vertical_rotation': 0.4, 'horizontal_rotation': 0.4}
+"""Range taken for Figure 10, whose axes the text does not give, over L20 or rad."""
 
 
 def natural_frequency() -> Verdict:
@@ -20,14 +27,10 @@ def natural_frequency() -> Verdict:
     hz = omega0 / (2.0 * math.pi)
     return Verdict(
         'the natural frequency of the platform is 20 Hz',
-        judged(abs(hz - 20.0) < 0.5),
+        abs(hz - 20.0) < 0.5,
         {'omega0, rad/s': omega0, 'omega0/(2 pi), Hz': hz},
         'omega0 = sqrt(k1/m) of (27): 20 rad/s, not 20 Hz (E8)',
     )
-
-
-L20 = 0.6
-"""Table 1, m."""
 
 
 def load_capacity() -> Verdict:
@@ -38,7 +41,7 @@ def load_capacity() -> Verdict:
     holds = at_3 > 0.98 * saturation and saturation * to_kg >= PAYLOAD
     return Verdict(
         'load capacity (24) saturates at 0.05 beyond |x0| of about 3 and carries 50 kg',
-        judged(holds),
+        holds,
         {
             'saturation k3 a': saturation,
             '(24) at x0 = 3': at_3,
@@ -48,12 +51,6 @@ def load_capacity() -> Verdict:
         '(24) does; but (8) is in balance at the working point only under b = k3 L1, not under '
         'the 50 kg of Table 1 (E21); qzs-rig statics, qzs-rig design --check',
     )
-
-
-ZERO = 1e-12
-"""Rounding of sums of order 1."""
-TOLERANCE = 0.05
-"""Stiffness over k1 that counts as low."""
 
 
 def vertical_stiffness() -> Verdict:
@@ -72,7 +69,7 @@ def vertical_stiffness() -> Verdict:
     return Verdict(
         'vertical stiffness is zero at the working point under (16); the closer A to 1, the wider '
         'the low-stiffness range (Fig 9)',
-        judged(zero and widths[0] > widths[1] > widths[2]),
+        zero and widths[0] > widths[1] > widths[2],
         figures,
         f'(9) at 0, and how far to both sides |K| <= {TOLERANCE:g}, for the designs of Figure 9; '
         'beside the working point K falls slightly below 0 (E20); '
@@ -88,14 +85,11 @@ def horizontal_stiffness() -> Verdict:
     )
     return Verdict(
         'horizontal stiffness is always zero at 0',
-        judged(abs(printed) < ZERO and abs(right) < ZERO),
+        abs(printed) < ZERO and abs(right) < ZERO,
         {'(11) as printed': printed, 'right sign, 2 A a²': right},
         'slope of (11) at 0: zero as printed, but there the stretched spring pushes (E4); '
         'qzs-rig statics --law corrected --dof horizontal --at 0',
     )
-
-
-PRINTED = {'central': 19973.0, 'suspension': 22570.0}
 
 
 def spring_rates() -> Verdict:
@@ -103,15 +97,10 @@ def spring_rates() -> Verdict:
     found = {'central': springs.CENTRAL.rate, 'suspension': springs.SUSPENSION.rate}
     return Verdict(
         'spring rates of Table 3: 19 973 N/m central, 22 570 N/m suspension',
-        judged(all(abs(found[name] - PRINTED[name]) < 0.5 for name in PRINTED)),
+        all(abs(found[name] - PRINTED[name]) < 0.5 for name in PRINTED),
         {f'{name}, N/m': rate for name, rate in found.items()},
         'k = G d⁴/(8 n D³), (33); qzs-rig springs',
     )
-
-
-LIMIT = 0.035
-SPANS = {'vertical': 0.4, 'horizontal': 0.4, 'vertical_rotation': 0.4, 'horizontal_rotation': 0.4}
-"""Range taken for Figure 10, whose axes the text does not give, over L20 or rad."""
 
 
 def taylor_deviation() -> Verdict:
@@ -127,7 +116,7 @@ def taylor_deviation() -> Verdict:
             figures[f'{dof} within 3.5 % up to'] = reach
     return Verdict(
         'the Taylor laws deviate by no more than 3.5 % from the closed form (Fig 10)',
-        judged(all(within)),
+        all(within),
         figures,
         'largest difference over largest force for |x| up to the range; 3.5 % holds near the '
         'working point only (E22); qzs-rig statics',

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from qzs_rig.claims.verdicts import Verdict, judged
-from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.claims.paper import AMPLITUDE, OMEGA0, ZETAS, Verdict, paper_oscillator
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.chaos import Exponents, exponents
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe_within
-from qzs_rig.theory.oscillator import oscillator
 from qzs_rig.units import DOFS, TRANSLATIONS
 
-OMEGA0 = 20.0
-"""sqrt(k1/m) of Table 1, rad/s."""
 FREQUENCIES = {'6.28 rad/s': 6.28 / OMEGA0, 'Ω = 6.28': 6.28}
 """The paper's excitation frequency, taken at its word and as the nondimensional one."""
-AMPLITUDE, TURN = 0.6, math.radians(5.0)
-ZETA = 0.07
 RUNS = 48
 SETTLED = 1e-4
 """Spread of the last 400 points that a bifurcation diagram still draws as one."""
@@ -27,13 +19,12 @@ SETTLED = 1e-4
 
 def damping() -> Verdict:
     """C7: the bifurcation diagram over damping, with exponents, both readings of the frequency."""
-    zeta = np.linspace(0.0158, 0.158, RUNS)
+    zeta = np.linspace(ZETAS[0], ZETAS[-1], RUNS)
     light, heavy = zeta < 0.05, zeta > 0.06
     figures, chaotic, regular = {}, [], []
     for reading, omega in FREQUENCIES.items():
         for dof in TRANSLATIONS:
-            own = oscillator('corrected', dof, PAPER_DESIGN, ZETA, AMPLITUDE)
-            seen, grown = _watched(Batch.of(own, omega, zeta=zeta))
+            seen, grown = _watched(Batch.of(paper_oscillator(dof), omega, zeta=zeta))
             spread = np.ptp(seen.w, axis=1)
             where = f'{dof}, {reading}'
             figures[f'spread for zeta < 0.05, {where}'] = float(spread[light].max())
@@ -44,7 +35,7 @@ def damping() -> Verdict:
             regular.append(bool((spread[heavy] < SETTLED).all()))
     return Verdict(
         'Fig 13: period-1 motion for zeta > 0.06, chaos for zeta < 0.05, after 100 of 500 periods',
-        judged(all(regular) and all(chaotic)),
+        all(regular) and all(chaotic),
         figures,
         'law corrected, from rest: no exponent is positive, so nothing here is chaos. At 6.28 '
         'rad/s all settle within 100 periods. At Ω = 6.28 the last 400 points still spread: '
@@ -57,10 +48,10 @@ def length() -> Verdict:
     """C8: the same over L20, the base moving 0.36 m as Ĥ = 0.6 does at L20 = 0.6."""
     L20, omega = np.linspace(0.1, 1.0, RUNS), FREQUENCIES['6.28 rad/s']
     figures, chaotic, regular = {}, [], []
-    for zeta in (0.0158, ZETA):
+    for zeta in ZETAS[:2]:
         for dof in TRANSLATIONS:
-            own = oscillator('corrected', dof, PAPER_DESIGN, zeta, AMPLITUDE)
             amplitude = AMPLITUDE * 0.6 / L20
+            own = paper_oscillator(dof, zeta)
             seen, grown = _watched(Batch.of(own, omega, amplitude=amplitude))
             where = f'{dof}, zeta = {zeta:g}'
             short = L20 < 0.2
@@ -71,7 +62,7 @@ def length() -> Verdict:
             regular.append(bool((seen.period[~short] == 1).all()))
     return Verdict(
         'Fig 14: stable for L20 > 0.2, chaos below',
-        judged(all(regular) and any(chaotic)),
+        all(regular) and any(chaotic),
         figures,
         'law corrected, similar platforms, base amplitude held at 0.36 m (with Ĥ held, L20 is not '
         'in the equations of the translations): chaos needs light damping and is vertical only, '
@@ -84,15 +75,14 @@ def transients() -> Verdict:
     figures, single = {}, []
     for reading, omega in FREQUENCIES.items():
         for dof in DOFS:
-            amplitude = AMPLITUDE if dof in TRANSLATIONS else TURN
-            own = oscillator('corrected', dof, PAPER_DESIGN, ZETA, amplitude)
-            seen = strobe_within(Batch.of(own, [omega]), early=False, periods=1000)
+            runs = Batch.of(paper_oscillator(dof), [omega])
+            seen = strobe_within(runs, early=False, periods=1000)
             figures[f'{dof}, {reading}: period'] = float(seen.period[0])
             figures[f'{dof}, {reading}: settled after'] = float(seen.settled[0])
             single.append(seen.period[0] == 1)
     return Verdict(
         'Figs 15-18: a long transient, then single-period motion in all four degrees of freedom',
-        judged(all(single)),
+        all(single),
         figures,
         'law corrected, zeta = 0.07, from rest, settled to 1e-8; with law printed the vertical '
         'falls into a cycle of several periods at Ω = 6.28; qzs-rig poincare',

@@ -8,8 +8,8 @@ import textwrap
 from collections.abc import Mapping
 from typing import Any
 
-from qzs_rig.claims import CLAIMS, verdicts
-from qzs_rig.claims.verdicts import Verdict
+from qzs_rig.claims import CLAIMS
+from qzs_rig.claims.paper import Verdict, document, verdicts
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
@@ -21,7 +21,7 @@ def add_to(verbs: Any) -> None:
     """`claims` on the command line."""
     command = verbs.add_parser(
         'claims',
-        help="the paper's claims checked: reproduced, not reproduced, or cannot tell",
+        help="the paper's claims checked: reproduced, or not reproduced",
         description="Check the paper's claims one by one, with its own Table 1 and Table 3: "
         'C1 to C6 at rest, C7 to C14 by integration, continuation and runs of the rig.',
     )
@@ -40,10 +40,10 @@ def execute(options: argparse.Namespace) -> int:
             raise InputError(f'claim {name!r} is unknown; known: {", ".join(CLAIMS)}')
     progress = bar(len(names), 'claims', 'claims')
     try:
-        found = verdicts.verdicts({n: CLAIMS[n] for n in names}, lambda _: progress.update(1))
+        found = verdicts({n: CLAIMS[n] for n in names}, lambda _: progress.update(1))
     finally:
         progress.close()
-    print(json.dumps(verdicts.document(found), allow_nan=False) if options.json else _text(found))
+    print(json.dumps(document(found), allow_nan=False) if options.json else _text(found))
     return 0
 
 
@@ -51,10 +51,10 @@ def _text(found: Mapping[str, Verdict]) -> str:
     """A heading a claim, then what it says, what was found and how, wrapped."""
     lines = []
     for name, verdict in found.items():
-        lines.append(f'{name}  {verdict.verdict}')
+        lines.append(f'{name}  {verdict.text}')
         for label, words in (
             ('claim', verdict.claim),
-            ('found', verdicts.figures(verdict)),
+            ('found', verdict.numbers),
             ('how', verdict.how),
         ):
             indent = f'    {label:7}'

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from qzs_rig.claims.figures import FIGURES
+from qzs_rig.claims.paper_figures import FIGURES
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError

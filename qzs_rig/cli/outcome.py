@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from qzs_rig.claims import STATIC, verdicts
+from qzs_rig.claims import STATIC, paper
 from qzs_rig.cli.options import show
 from qzs_rig.compare import compare
 from qzs_rig.estimation.estimate import Estimate
@@ -51,7 +51,7 @@ def write_run_report(
         [run],
         theory=predictions,
         facts=_facts(document, spec),
-        tables=[*compare([run], predictions).tables(), verdicts.table(verdicts.verdicts(STATIC))],
+        tables=[*compare([run], predictions).tables(), paper.table(paper.verdicts(STATIC))],
     )
 
 

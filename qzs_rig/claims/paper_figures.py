@@ -6,11 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from qzs_rig import scenario
-from qzs_rig.claims.settling import AMPLITUDE, TURN, ZETA
-from qzs_rig.claims.transmission import LENGTHS, ZETAS, platform_of_length
+from qzs_rig.claims.paper import ZETA, ZETAS, paper_oscillator
+from qzs_rig.claims.transmission import LENGTHS, platform_of_length, swept
 from qzs_rig.estimation.estimate import Estimate
-from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction.curve import Prediction
 from qzs_rig.prediction.predict import predict
@@ -20,22 +18,13 @@ from qzs_rig.report.response_page import branch_curves
 from qzs_rig.report.run_page import write_picture, write_report
 from qzs_rig.report.sheet import Curve, Panel, Sheet, hue
 from qzs_rig.report.write import KINDS, drawable, pictures, write_page
-from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS, TRANSLATIONS
 
 LOW, HIGH = 0.03, 3.0
 """Ω; the paper's axes are not in its text."""
-SWEEP = {
-    'excitation.frequency_low': '0.5',
-    'excitation.frequency_high': '20',
-    'excitation.duration': '400',
-    'shaker.limits': 'false',
-}
-"""The paper's band there and back, logarithmic, slower than its 60 s (E17), below the shaker's
-1 Hz as the paper's is (E12)."""
 LEVEL = 1.0
 """Base acceleration in m/s²: 0.1 m at 0.5 Hz; 0.1 m at 20 Hz, as printed, no shaker does (E12)."""
 Solve = Callable[[Oscillator, float, float], FrequencyResponse]
@@ -108,11 +97,9 @@ installed."""
 
 
 def _over_damping(dof: str, law: str, solve: Solve) -> Panel:
-    amplitude = AMPLITUDE if dof in TRANSLATIONS else TURN
     curves: list[Curve] = []
     for k, zeta in enumerate(ZETAS):
-        own = oscillator(law, dof, PAPER_DESIGN, zeta, amplitude)
-        found = solve(own, LOW, HIGH)
+        found = solve(paper_oscillator(dof, zeta, law), LOW, HIGH)
         curves += branch_curves(found.branches, 'T', f'zeta = {zeta:g}', hue(k))
     return Panel(dof_name(dof), 'Ω', '|u / v|', tuple(curves), 'xy', 1.0)
 
@@ -134,12 +121,9 @@ def _computed(folder: Path, sheets: Sequence[Sheet]) -> list[Path]:
 
 
 def _run(law: str) -> tuple[RunSpec, Estimate]:
-    """Both translations at once: the laws keep them apart."""
-    words = {'platform.law': law, **SWEEP}
-    for dof in ('vertical', 'horizontal'):
-        words[f'excitation.amplitude.{dof}'] = str(LEVEL)
-    spec = scenario.load('vertical_sweep', [f'{name}={value}' for name, value in words.items()])
-    return spec, in_process.run(spec).estimate
+    """The paper's band, slower than its 60 s (E17); both translations at once: the laws keep them
+    apart."""
+    return swept(law, dict.fromkeys(TRANSLATIONS, LEVEL), 400.0, highest_hz=20.0)
 
 
 def _forward(estimate: Estimate) -> Estimate:
