@@ -11,10 +11,16 @@ from qzs_rig import files, scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
-from qzs_rig.identification import csv_table, curves, jumps, jumps_told, told
-from qzs_rig.identification.fit_sheet import fit_sheet
+from qzs_rig.identification import jumps
+from qzs_rig.identification.fit_report import (
+    fit_document,
+    fit_sheet,
+    fit_text,
+    jumps_document,
+    jumps_text,
+)
 from qzs_rig.identification.identify import Identified, identify
-from qzs_rig.identification.points import Points, by_dof
+from qzs_rig.identification.points import CSV_HELP, Points, by_dof, measured, read_csv
 from qzs_rig.identification.unknowns import DEFAULT
 from qzs_rig.parameters import RunSpec
 from qzs_rig.report.write import pictures
@@ -27,7 +33,7 @@ examples:
   qzs-rig identify curve.csv --scenario vertical_sweep --set excitation.amplitude.vertical=3.5
   qzs-rig identify --paper                       what the paper's four frequencies fix
 
-{csv_table.HELP}.
+{CSV_HELP}.
 
 A point lies on the branch whose stable motion is nearest to it. Left out are points that no branch
 meets within a factor of two, points within 0.3 % of a fold, and of a sweep the transition at a jump
@@ -89,8 +95,8 @@ def execute(options: argparse.Namespace) -> int:
     with bar(1.0, 'of the fit', 'fitting') as progress:
         found = identify(spec, by_dof(parts, options.dof), names)
         progress.update(1.0)
-    document = told.document(found)
-    text = told.text(found)
+    document = fit_document(found)
+    text = fit_text(found)
     written = _written(options.out, found, document) if options.out is not None else []
     for caution in found.cautions:
         print(f'caution: {caution}', file=sys.stderr)
@@ -103,12 +109,12 @@ def _measured(options: argparse.Namespace) -> tuple[RunSpec, list[Points]]:
     words = scenario.assigned(options.assignments)
     if options.source.suffix.lower() == '.csv':
         spec = scenario.load(options.scenario) if options.scenario else scenario.of({})
-        return spec.override(words), csv_table.read(options.source)
+        return spec.override(words), read_csv(options.source)
     if options.scenario:
         raise InputError('--scenario is for a CSV; a bag knows its own, change it by --set')
     analysis = offline.recorded(options.source)
     spec = analysis.spec.override(words)
-    return spec, curves.measured(analysis.estimate, spec)
+    return spec, measured(analysis.estimate, spec)
 
 
 def _written(folder: Path, found: Identified, document: dict[str, Any]) -> list[Path]:
@@ -127,5 +133,5 @@ def _paper(options: argparse.Namespace) -> int:
     names = tuple(options.fit.split(',')) if options.fit else jumps.PAPER_UNKNOWNS
     spec = jumps.paper_spec(scenario.assigned(options.assignments))
     found = jumps.fixed_by(spec, jumps.PAPER, names)
-    shared.show(options, jumps_told.document(found), jumps_told.text(found))
+    shared.show(options, jumps_document(found), jumps_text(found))
     return 0

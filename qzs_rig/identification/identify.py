@@ -8,14 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.identification.advice import Advice, advice
-from qzs_rig.identification.covariance import Covariance, covariance
-from qzs_rig.identification.fit import HARMONICS, Fit, cost, fits
-from qzs_rig.identification.intervals import LEVEL, Interval, intervals
-from qzs_rig.identification.lag import iso_limit
+from qzs_rig.identification.fit import HARMONICS, Fit, Set, cost, fits
+from qzs_rig.identification.intervals import LEVEL, Covariance, Interval, covariance, intervals
 from qzs_rig.identification.points import Points
-from qzs_rig.identification.residuals import Set
-from qzs_rig.identification.response import Response, followed
+from qzs_rig.identification.response import Response, followed, iso_limit
 from qzs_rig.identification.start import idle
 from qzs_rig.identification.unknowns import TRIM, Unknown, Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
@@ -31,6 +27,18 @@ RULED_OUT = 0.99
 own 5 % come on top."""
 FEW = 0.8
 """Share of the points that must count, below which the user is warned."""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """`action` is add, remove, leave or unknown; `grams` what brings the plate back, with its
+    95 % interval `low` to `high`, all positive when added."""
+
+    action: str
+    grams: float
+    low: float
+    high: float
+    text: str
 
 
 @dataclass(frozen=True)
@@ -196,6 +204,28 @@ def _points_said(item: Set, response: Response) -> list[str]:
             f'of up to {largest:.2g} % was taken off to first order. A stepped sine needs none'
         )
     return said
+
+
+def advice(trim_kg: float, interval: Interval) -> Advice:
+    """For a plate that carries `trim_kg` more than the springs balance."""
+    grams, low, high = (-1e3 * kg for kg in (trim_kg, interval.high, interval.low))
+    if not interval.determined:
+        action = 'unknown'
+        text = (
+            'these curves do not tell the payload trim from the other fitted parameters; fit '
+            'fewer of them, or measure the phase and more points near the jumps'
+        )
+    elif low <= 0.0 <= high:
+        action = 'leave'
+        text = (
+            'leave the payload: it is balanced as far as the curves tell '
+            f'(95 %: {low:.4g} to {high:.4g} g to add)'
+        )
+    else:
+        action = 'add' if grams > 0 else 'remove'
+        least, most = sorted((abs(low), abs(high)))
+        text = f'{action} {abs(grams):.4g} g (95 %: {least:.4g} to {most:.4g} g)'
+    return Advice(action, grams, low, high, text)
 
 
 def _chi_square(probability: float, freedom: int) -> float:

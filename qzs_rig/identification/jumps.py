@@ -15,8 +15,7 @@ import numpy as np
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.identification.covariance import Direction, directions
-from qzs_rig.identification.fold import Fold, fold_near, left_null
+from qzs_rig.identification.intervals import Direction, directions
 from qzs_rig.identification.response import STEP
 from qzs_rig.identification.unknowns import Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
@@ -24,6 +23,18 @@ from qzs_rig.samples import Array
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, transmissibility
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator
+
+SHIFT = 1e-6
+"""Of Ω and x, for the slope of g by differences: it only has to make Newton converge."""
+HARMONICS = 9
+"""Of the folds: good to 1e-4 here, where the frequencies are known to a twentieth."""
+REACH = 2.5
+"""Folds are looked for from so far below the jumps of a degree of freedom to so far above."""
+STEPS = 200
+STRIDE = 0.1
+"""Largest relative change of a parameter in one step: folds come and go."""
+KNOWN = 0.1
+"""Relative standard deviation up to which a combination counts as fixed."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +59,8 @@ PAPER = (
     Jump('horizontal', 'jump_up', 4.12, 0.32),
 )
 """Section 5.2 of the paper: forward and reverse, each also the isolation onset there."""
+
+
 PAPER_UNKNOWNS = (
     'platform.C.vertical',
     'platform.C.horizontal',
@@ -56,15 +69,14 @@ PAPER_UNKNOWNS = (
     'platform.k3_hat',
     'platform.L1_hat',
 )
-HARMONICS = 9
-"""Of the folds: good to 1e-4 here, where the frequencies are known to a twentieth."""
-REACH = 2.5
-"""Folds are looked for from so far below the jumps of a degree of freedom to so far above."""
-STEPS = 200
-STRIDE = 0.1
-"""Largest relative change of a parameter in one step: folds come and go."""
-KNOWN = 0.1
-"""Relative standard deviation up to which a combination counts as fixed."""
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Coefficients x (2H + 1,) of a motion at a fold, at `omega`."""
+
+    omega: float
+    x: Array
 
 
 @dataclass(frozen=True)
@@ -151,6 +163,52 @@ def determined(found: Fixed) -> list[str]:
         if std <= KNOWN:
             names.append(item.name)
     return names
+
+
+def fold_near(there: Oscillator, guess: Fold) -> Fold | None:
+    """The fold that Newton finds from `guess`; None where it finds none near by.
+
+    At a fold R(x, Ω) = 0 has a singular slope J = ∂R/∂x. Bordered by two fixed vectors,
+    [J b; cᵀ 0] [v; g] = [0; 1], the number g vanishes there and J may be singular (Griewank and
+    Reddien 1984; Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2).
+    """
+    from scipy.optimize import root
+
+    n, balance = len(guess.x), HarmonicBalance(there, len(guess.x) // 2)
+    U, _, Vt = np.linalg.svd(balance.jacobian(guess.x, guess.omega))
+
+    def unbalanced(ys: Array) -> Array:
+        """R, then g, at each of ys (m, n + 1)."""
+        x, omega = ys[:, :n], ys[:, n]
+        bordered = np.zeros((len(ys), n + 1, n + 1))
+        bordered[:, :n, :n] = balance.jacobian(x, omega)
+        bordered[:, :n, n], bordered[:, n, :n] = U[:, -1], Vt[-1]
+        unit = np.broadcast_to(np.eye(n + 1)[:, n:], (len(ys), n + 1, 1))
+        g = np.linalg.solve(bordered, unit)[:, n]
+        return np.hstack([balance.residual(x, omega), g])
+
+    def slope(y: Array) -> Array:
+        moved = unbalanced(np.vstack([y, y + SHIFT * np.eye(n + 1)]))
+        return np.asarray((moved[1:] - moved[0]).T / SHIFT)
+
+    # slopes anew at each step: those that Broyden keeps, as the default does, lose the fold
+    found = root(
+        lambda y: unbalanced(y[None])[0],
+        np.append(guess.x, guess.omega),
+        jac=slope,
+        method='lm',
+        tol=1e-12,
+    )
+    omega = float(found.x[n])
+    if not (found.success and abs(omega / guess.omega - 1.0) < 0.5):
+        return None
+    return Fold(omega, found.x[:n])
+
+
+def left_null(there: Oscillator, fold: Fold) -> Array:
+    """The vector ψ (2H + 1,) with ψᵀ J = 0 at `fold`."""
+    balance = HarmonicBalance(there, len(fold.x) // 2)
+    return np.asarray(np.linalg.svd(balance.jacobian(fold.x, fold.omega))[0][:, -1])
 
 
 def _length(direction: Direction, wanted: Unknowns) -> float:

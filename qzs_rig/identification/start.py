@@ -13,7 +13,7 @@ import numpy as np
 
 from qzs_rig.identification.least_squares import Trial, minimise
 from qzs_rig.identification.points import Points
-from qzs_rig.identification.seeds import centred, ratios
+from qzs_rig.identification.response import centred, ratios
 from qzs_rig.identification.unknowns import TRIM, Unknowns
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance

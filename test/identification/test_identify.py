@@ -9,11 +9,10 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.identification import curves, told
-from qzs_rig.identification.advice import advice
-from qzs_rig.identification.identify import identify
+from qzs_rig.identification.fit_report import fit_text
+from qzs_rig.identification.identify import advice, identify
 from qzs_rig.identification.intervals import Interval
-from qzs_rig.identification.points import by_dof
+from qzs_rig.identification.points import by_dof, measured
 from qzs_rig.identification.unknowns import DEFAULT
 from qzs_rig.run import in_process
 
@@ -84,15 +83,15 @@ def test_what_the_points_do_not_determine_is_named(bench):
     assert best.weights[0] == pytest.approx(-best.weights[1], rel=0.02)
     assert best.std < 0.01 and other.std > 1.0
     assert found.known.correlation[0, 1] > 0.999
-    assert 'not determined' in told.text(found)
-    assert 'Combinations' in told.text(found)
+    assert 'not determined' in fit_text(found)
+    assert 'Combinations' in fit_text(found)
 
 
 def test_a_stepped_run_of_the_rig_is_found_again():
     true = {'platform.zeta': 0.03, 'platform.A': 1.11, 'platform.payload_trim': 0.3}
     start = scenario.load('stepped_sine')
     spec = start.override(true)
-    parts = by_dof(curves.measured(in_process.run(spec).estimate, spec), None)
+    parts = by_dof(measured(in_process.run(spec).estimate, spec), None)
     found = identify(start, parts, tuple(true))
     for limit, value in zip(found.intervals, true.values(), strict=True):
         assert limit.low <= value <= limit.high
@@ -103,7 +102,7 @@ def test_the_lag_of_a_sweep_is_taken_off():
     true = {'platform.zeta': 0.03, 'platform.A': 1.11}
     start = scenario.load('vertical_sweep').override({'platform.payload_trim': 0.3})
     spec = start.override(true)
-    parts = by_dof(curves.measured(in_process.run(spec).estimate, spec), None)
+    parts = by_dof(measured(in_process.run(spec).estimate, spec), None)
     found = identify(start, parts, tuple(true))
     still = [replace(points, chirp=np.zeros(len(points))) for points in parts]
     biased = identify(start, still, tuple(true))

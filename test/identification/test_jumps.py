@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from qzs_rig.errors import InputError
-from qzs_rig.identification import jumps, jumps_told
+from qzs_rig.identification import jumps
+from qzs_rig.identification.fit_report import jumps_document, jumps_text
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -29,9 +30,9 @@ def test_four_frequencies_fix_combinations_and_no_parameter(found):
     assert 1 <= len(found.fixed) <= 4
     assert [d.std for d in found.directions][4:] > [1e3, 1e3]
     assert jumps.determined(found) == []
-    document = jumps_told.document(found)
+    document = jumps_document(found)
     assert not any(item['determined'] for item in document['parameters'])
-    assert 'no parameter by itself' in jumps_told.text(found)
+    assert 'no parameter by itself' in jumps_text(found)
 
 
 def test_the_best_known_combination_is_fixed(found):
@@ -55,7 +56,7 @@ def test_one_parameter_is_determined_by_its_jump():
     one = jumps.Jump('vertical', 'jump_up', 2.2, 0.05)
     found = jumps.fixed_by(jumps.paper_spec({}), [one], ('platform.k1',))
     assert jumps.determined(found) == ['platform.k1']
-    assert 'but platform.k1' in jumps_told.text(found)
+    assert 'but platform.k1' in jumps_text(found)
 
 
 def test_a_platform_without_jumps_is_refused():

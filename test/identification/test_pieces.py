@@ -10,12 +10,17 @@ from scipy import optimize
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.identification import csv_table
-from qzs_rig.identification.fold import Fold, fold_near, left_null
-from qzs_rig.identification.lag import iso_limit, swept_over_steady
+from qzs_rig.identification.jumps import Fold, fold_near, left_null
 from qzs_rig.identification.least_squares import Trial, minimise
-from qzs_rig.identification.response import followed, nearest, sensitivity
-from qzs_rig.identification.seeds import ratios
+from qzs_rig.identification.points import read_csv
+from qzs_rig.identification.response import (
+    followed,
+    iso_limit,
+    nearest,
+    ratios,
+    sensitivity,
+    swept_over_steady,
+)
 from qzs_rig.identification.unknowns import unknowns
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady
 from qzs_rig.theory.balance.response import frequency_response
@@ -146,7 +151,7 @@ HEADER = 'dof,direction,frequency_hz,transmissibility,phase_deg,std\n'
 def test_csv_round_trip(tmp_path):
     path = tmp_path / 'curve.csv'
     path.write_text(HEADER + 'vertical,forward,1.5,2.0,-30,0.1\nhorizontal,,2.0,0.5,,\n')
-    vertical, horizontal = csv_table.read(path)
+    vertical, horizontal = read_csv(path)
     assert (vertical.dof, horizontal.dof) == ('vertical', 'horizontal')
     assert vertical.phase == pytest.approx(np.radians([-30.0]))
     assert vertical.weighted and not horizontal.weighted
@@ -172,9 +177,9 @@ def test_csv_refusals(tmp_path, text, said):
     path = tmp_path / 'curve.csv'
     path.write_text(text)
     with pytest.raises(InputError, match=said):
-        csv_table.read(path)
+        read_csv(path)
 
 
 def test_a_csv_that_is_not_there(tmp_path):
     with pytest.raises(InputError, match='cannot be read as CSV'):
-        csv_table.read(tmp_path / 'no.csv')
+        read_csv(tmp_path / 'no.csv')

@@ -1,0 +1,276 @@
+"""An identification as tables for people and as a document for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from qzs_rig.identification.fit import Set
+from qzs_rig.identification.identify import Identified
+from qzs_rig.identification.intervals import LEVEL, Direction
+from qzs_rig.identification.jumps import KNOWN, Fixed, determined
+from qzs_rig.identification.response import Response
+from qzs_rig.identification.unknowns import TRIM, Unknowns
+from qzs_rig.report.names import direction_name, dof_name, event_name
+from qzs_rig.report.response_page import branch_curves
+from qzs_rig.report.sheet import QUIET, Item, Panel, Points, Sheet
+from qzs_rig.report.table import Table, number
+from qzs_rig.report.transmissibility import ARROWS, FREQUENCY, MAGNITUDE, PHASE, hue
+from qzs_rig.samples import Array
+from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.oscillator import Oscillator
+
+MARGIN = 1.05
+"""Branches are drawn a little beyond the measured band."""
+SCHEMA = 'qzs_rig/identification/1'
+
+
+def fit_text(found: Identified) -> str:
+    """Everything for the terminal."""
+    parts = [parameters(found).to_text(), point_table(found).to_text()]
+    if len(found.intervals) > 1:
+        parts.insert(1, correlations(found).to_text())
+    if not all(limit.determined for limit in found.intervals):
+        parts.insert(1, combinations(found.fit.unknowns, found.known.directions).to_text())
+    if found.advice is not None:
+        parts.append(f'payload: {found.advice.text}')
+    return '\n\n'.join(parts)
+
+
+def parameters(found: Identified) -> Table:
+    """Estimates with their intervals."""
+    rows = []
+    items = zip(found.fit.unknowns.items, found.fit.values, found.intervals, strict=True)
+    for item, value, limit in items:
+        known = f'{value:.6g}' if limit.determined else 'not determined'
+        span = (f'{limit.low:.6g}', f'{limit.high:.6g}')
+        rows.append((item.name, item.unit, known, f'{limit.std:.2g}', *span, limit.method))
+    header = ('parameter', 'unit', 'estimate', '±', '95 % from', 'to', 'interval')
+    return Table('Fitted parameters; the intervals hold together', header, tuple(rows))
+
+
+def correlations(found: Identified) -> Table:
+    """Of the estimates."""
+    names = [_short(name) for name in found.fit.unknowns.names]
+    rows = tuple(
+        (name, *(f'{value:+.3f}' for value in row))
+        for name, row in zip(names, found.known.correlation.tolist(), strict=True)
+    )
+    return Table('Correlation of the estimates', ('', *names), rows, labels=1)
+
+
+def combinations(unknowns: Unknowns, directions: Sequence[Direction]) -> Table:
+    """What the data fix, best known first."""
+    rows = tuple((formula(unknowns, d), _percent(d.std)) for d in directions)
+    caption = 'Combinations of relative changes, and to what each is known'
+    return Table(caption, ('combination', '±'), rows, labels=1)
+
+
+def formula(unknowns: Unknowns, direction: Direction) -> str:
+    """A combination in letters, small parts left out; a trim is told over the payload."""
+    terms = []
+    for item, weight in zip(unknowns.items, direction.weights.tolist(), strict=True):
+        if abs(weight) >= 0.02:
+            below = 'm' if item.name == TRIM else _short(item.name)
+            terms.append(f'{weight:+.2f} Δ{_short(item.name)}/{below}')
+    return ' '.join(terms)
+
+
+def point_table(found: Identified) -> Table:
+    """How many points count, on which branch, how noisy."""
+    rows = []
+    for item, response in zip(found.fit.sets, found.fit.trial.state, strict=True):
+        for direction in dict.fromkeys(item.points.direction.tolist()):
+            here = item.points.direction == direction
+            use = here & item.use
+            upper = int(np.count_nonzero(use & response.upper))
+            why, counts = np.unique(item.why[here & ~item.use], return_counts=True)
+            left = [f'{count} {word}' for count, word in zip(counts, why, strict=True)]
+            rows.append(
+                (
+                    dof_name(item.points.dof),
+                    direction,
+                    str(int(np.count_nonzero(here))),
+                    str(upper),
+                    str(int(np.count_nonzero(use)) - upper),
+                    ', '.join(left) or '–',
+                    'given' if item.points.weighted else f'{100 * item.noise[0]:.2g} %',
+                )
+            )
+    header = ('degree of freedom', 'direction', 'points', 'upper', 'lower', 'left out', 'noise')
+    return Table('Points on the upper and lower branch', header, tuple(rows))
+
+
+def fit_document(found: Identified) -> dict[str, Any]:
+    """JSON-ready."""
+    fit, advice = found.fit, found.advice
+    items = zip(fit.unknowns.items, fit.values.tolist(), found.intervals, strict=True)
+    return {
+        'schema': SCHEMA,
+        'parameters': [
+            {'name': item.name, 'unit': item.unit, 'estimate': value, **vars(limit)}
+            for item, value, limit in items
+        ],
+        'confidence': LEVEL,
+        'jointly': True,
+        'correlation': found.known.correlation.tolist(),
+        'combinations': combination_list(fit.unknowns, found.known.directions),
+        'reduced_chi_square': found.reduced_chi_square,
+        'freedom': fit.freedom,
+        'harmonics': found.harmonics,
+        'points': [_points(*pair) for pair in zip(fit.sets, fit.trial.state, strict=True)],
+        'other_solutions': [
+            dict(zip(fit.unknowns.names, other.values.tolist(), strict=True))
+            for other in found.others
+        ],
+        'advice': vars(advice) if advice else None,
+        'cautions': list(found.cautions),
+    }
+
+
+def combination_list(unknowns: Unknowns, directions: Sequence[Direction]) -> list[dict[str, Any]]:
+    """`combinations` for programs."""
+    return [
+        {
+            'weights': dict(zip(unknowns.names, d.weights.tolist(), strict=True)),
+            'relative_std': d.std,
+        }
+        for d in directions
+    ]
+
+
+def _points(item: Set, response: Response) -> dict[str, Any]:
+    measured, shown = item.points, response.ratio * item.lag
+    return {
+        'dof': measured.dof,
+        'direction': measured.direction.tolist(),
+        'frequency_hz': measured.frequency_hz.tolist(),
+        'T': measured.magnitude.tolist(),
+        'fitted_T': [
+            float(v) if g else None for v, g in zip(abs(shown), response.good, strict=True)
+        ],
+        'branch': ['upper' if up else 'lower' for up in response.upper],
+        'left_out': item.why.tolist(),
+        'noise': None if measured.weighted else list(item.noise),
+    }
+
+
+def jumps_text(found: Fixed) -> str:
+    """For the terminal."""
+    items = zip(found.jumps, found.predicted_hz.tolist(), found.T.tolist(), strict=True)
+    rows = tuple(
+        (
+            dof_name(jump.dof),
+            event_name(jump.kind),
+            f'{jump.frequency_hz:.2f}',
+            f'{jump.std:.2f}',
+            number(hz),
+            number(T, '.2f'),
+        )
+        for jump, hz, T in items
+    )
+    header = ('degree of freedom', 'event', 'measured Hz', '±', 'model Hz', 'T before')
+    values = zip(found.unknowns.items, found.values.tolist(), strict=True)
+    spent = tuple((i.name, i.unit, f'{i.start:.5g}', f'{v:.5g}') for i, v in values)
+    fixed = len(found.fixed)
+    but = ', '.join(determined(found))
+    said = (
+        f'{len(found.jumps)} frequencies for {len(found.values)} parameters: they fix {fixed} '
+        f'combination{"s" * (fixed != 1)} to {KNOWN:.0%} and no parameter by itself'
+        f'{but and f", but {but}"}.'
+    )
+    return '\n\n'.join(
+        [
+            Table('Jumps', header, rows).to_text(),
+            Table(
+                'A platform that jumps there, of least change: one of many',
+                ('parameter', 'unit', 'start', 'value'),
+                spent,
+            ).to_text(),
+            combinations(found.unknowns, found.directions).to_text(),
+            said,
+        ]
+    )
+
+
+def jumps_document(found: Fixed) -> dict[str, Any]:
+    """JSON-ready."""
+    predicted = [None if np.isnan(v) else v for v in found.predicted_hz.tolist()]
+    return {
+        'schema': SCHEMA,
+        'jumps': [
+            {**vars(jump), 'predicted_hz': hz}
+            for jump, hz in zip(found.jumps, predicted, strict=True)
+        ],
+        'parameters': [
+            {
+                'name': item.name,
+                'unit': item.unit,
+                'start': item.start,
+                'value': value,
+                'determined': item.name in determined(found),
+            }
+            for item, value in zip(found.unknowns.items, found.values.tolist(), strict=True)
+        ],
+        'combinations': combination_list(found.unknowns, found.directions),
+        'fixed': len(found.fixed),
+    }
+
+
+def fit_sheet(found: Identified) -> Sheet:
+    """A column a degree of freedom: the branches settled, the points with the lag of their sweep
+    taken off."""
+    columns = []
+    at = 0
+    for item in found.fit.sets:
+        n = 2 * len(item.points)
+        residual = found.fit.trial.residual[at : at + n].reshape(2, -1)
+        columns.append(_column(found, item, residual))
+        at += n
+    panels = tuple(panel for row in zip(*columns, strict=True) for panel in row)
+    return Sheet('fit', 'Fitted platform', '', panels, columns=len(columns), linked=True)
+
+
+def _column(found: Identified, item: Set, residual: Array) -> tuple[Panel, Panel, Panel]:
+    points = item.points
+    there = Oscillator.driven(found.spec, points.dof)
+    omega = there.omega(points.frequency_hz)
+    band = float(omega.min()) / MARGIN, float(omega.max()) * MARGIN
+    branches = frequency_response(there, *band, isolas=False).branches
+    settled = points.magnitude / np.abs(item.lag)
+    turned = np.degrees(np.angle(np.exp(1j * points.phase) / item.lag))
+    magnitude: list[Item] = [*branch_curves(branches, 'T', 'fit', QUIET, there.hertz, 1.0)]
+    phase: list[Item] = [*branch_curves(branches, 'phase_deg', 'fit', QUIET, there.hertz, 1.0)]
+    misses: list[Item] = []
+    for direction in dict.fromkeys(points.direction.tolist()):
+        here = points.direction == direction
+        use, out = here & item.use, here & ~item.use
+        words, phased = direction_name(direction), use & points.phased
+        for items, label, y, where, hollow in (
+            (magnitude, words, settled, use, False),
+            (magnitude, f'{words}, left out', settled, out, True),
+            (phase, words, turned, use, False),
+            (misses, words, residual[0], use, False),
+            (misses, f'{words}, phase', residual[1], phased, True),
+        ):
+            if where.any():
+                mark = ARROWS.get(direction, 'dot')
+                f, colour = points.frequency_hz[where], hue(0, direction)
+                items.append(Points(label, f, y[where], colour, mark, 4.0, hollow))
+    title = f'{dof_name(points.dof)}: fitted branches'
+    about = 'residual / std\n(open: phase)'
+    return (
+        Panel(title, FREQUENCY, MAGNITUDE, tuple(magnitude), 'y', 1.0, height=0.6),
+        Panel('', FREQUENCY, PHASE, tuple(phase), height=0.3),
+        Panel('', FREQUENCY, about, tuple(misses), level=0.0, height=0.3),
+    )
+
+
+def _short(name: str) -> str:
+    return name.removeprefix('platform.')
+
+
+def _percent(share: float) -> str:
+    return f'{100 * share:.2g} %' if share < 10 else 'free'
