@@ -25,6 +25,7 @@ NO_OTHER = 'no kick or rise leads to a motion whose T differs by more than 5 %'
 EPILOG = """\
 examples:
   qzs-rig basin --dof vertical --zeta 0.02 --omega 0.305 --out basin
+  qzs-rig basin vertical_sweep --omega 0.8
   qzs-rig basin --law taylor --zeta 0.07 --omega 0.4 --w -2:2 --velocity -2:2
   qzs-rig basin --zeta 0.07 --amplitude 0.1667 --margin 0.72:1.05 --points 12
 """
@@ -69,12 +70,11 @@ def add_to(verbs: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Run, draw, print."""
-    spec = oscillating.spec_of(options)
-    (dof,) = oscillating.dofs_of(options)
-    oscillator = oscillating.oscillator_of(options, spec, dof)
+    spec, (oscillator,) = oscillating.asked(options)
+    dof = oscillator.dof
     if options.margin is not None:
         return _margin(options, oscillator)
-    omega = oscillating.omega_of(options, spec, dof)
+    omega = oscillating.omega_of(options, spec, oscillator)
     n = oscillating.at_least(options.grid, 2, '--grid')
     found = basin(
         oscillator,

@@ -22,6 +22,8 @@ from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.batch import RATIOS, SLANT, batch_along
 from qzs_rig.theory.motion.chaos import KINDS, Diagram, carried, from_rest
+from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import DOFS
 
 RANGES = {'zeta': '0.0158:0.158', SLANT: '0.1:1', 'amplitude': '0.02:1', 'omega': '0.05:2'}
 """Figure 13, Figure 14, and what is of interest beyond them."""
@@ -40,6 +42,7 @@ examples:
   qzs-rig bifurcation --vary L20 --out fig14          Figure 14: length of the suspension springs
   qzs-rig bifurcation --omega 6.28 --dof vertical     Figure 13 if 6.28 was put in as Omega
   qzs-rig bifurcation --vary omega --from previous    sweep up and down, jumps and all
+  qzs-rig bifurcation vertical_sweep --vary omega --from previous    over the band of a run
   qzs-rig bifurcation --vary platform.k3 --range 500:8000 --dof vertical
 
 A point is transient, not chaotic, where its Lyapunov exponent is negative though its kept points
@@ -74,7 +77,11 @@ def add_to(verbs: Any) -> None:
         metavar='NAME',
         help=f'{", ".join(RATIOS)}, {SLANT} or platform.… (default: zeta)',
     )
-    command.add_argument('--range', metavar='LO:HI', help='its range (default: as in the paper)')
+    command.add_argument(
+        '--range',
+        metavar='LO:HI',
+        help='its range (default: as in the paper; of omega the band of SCENARIO)',
+    )
     command.add_argument('--points', type=int, default=300, metavar='N', help='default: 300')
     command.add_argument(
         '--from',
@@ -104,7 +111,7 @@ def add_to(verbs: Any) -> None:
         action='store_true',
         help='integrate every period, also of runs that repeat themselves',
     )
-    oscillating.add(command, 'folder for figure, CSV and NPZ', dof=None)
+    oscillating.add(command, 'folder for figure, CSV and NPZ', dof='all four')
     command.set_defaults(execute=execute)
 
 
@@ -112,13 +119,8 @@ def execute(options: argparse.Namespace) -> int:
     """Run, draw, print."""
     if getattr(options, options.vary, None) is not None:
         raise InputError(f'--vary {options.vary} and --{options.vary} both name it; keep one')
-    spec = oscillating.spec_of(options)
-    words = options.range or RANGES.get(options.vary)
-    if words is None:
-        raise InputError(f'--vary {options.vary} needs --range LO:HI')
-    low, high = oscillating.pair(words, '--range')
-    values = np.linspace(low, high, oscillating.at_least(options.points, 2, '--points'))
-    parts = list(_parts(options, spec, values))
+    spec, oscillators = oscillating.asked(options, DOFS)
+    parts = [part for own in oscillators for part in _parts(options, spec, own)]
     document = {
         'parameter': options.vary,
         'periods': options.periods,
@@ -133,28 +135,40 @@ def execute(options: argparse.Namespace) -> int:
     return 0
 
 
-def _parts(options: argparse.Namespace, spec: RunSpec, values: Array) -> Iterator[Part]:
+def _values(options: argparse.Namespace, spec: RunSpec, own: Oscillator) -> Array:
+    """(n,) values of what is varied."""
+    points = oscillating.at_least(options.points, 2, '--points')
+    band = oscillating.band_of(options, spec, own)
+    if options.vary == 'omega' and band and not options.range:
+        return np.linspace(*band, points)
+    words = options.range or RANGES.get(options.vary)
+    if words is None:
+        raise InputError(f'--vary {options.vary} needs --range LO:HI')
+    return np.linspace(*oscillating.pair(words, '--range'), points)
+
+
+def _parts(options: argparse.Namespace, spec: RunSpec, own: Oscillator) -> Iterator[Part]:
+    """The diagram from rest, or those up and down."""
     how = {
         'periods': options.periods,
         'keep': options.keep,
         'early': not options.whole,
         'steps': options.steps,
     }
-    for dof in oscillating.dofs_of(options):
-        oscillator = oscillating.oscillator_of(options, spec, dof)
-        omega = oscillating.omega_of(options, spec, dof)
-        runs = batch_along(spec, oscillator, omega, options.vary, values)
-        if options.start == 'rest':
-            yield Part(dof, 'from rest', values, from_rest(runs, options.error, **how))
-            continue
-        for way, order in (('up', slice(None)), ('down', slice(None, None, -1))):
-            with bar(float(len(values)), 'runs', f'{dof_name(dof)}, {way}') as progress:
+    values = _values(options, spec, own)
+    omega = 1.0 if options.vary == 'omega' else oscillating.omega_of(options, spec, own)
+    runs = batch_along(spec, own, omega, options.vary, values)
+    if options.start == 'rest':
+        yield Part(own.dof, 'from rest', values, from_rest(runs, options.error, **how))
+        return
+    for way, order in (('up', slice(None)), ('down', slice(None, None, -1))):
+        with bar(float(len(values)), 'runs', f'{dof_name(own.dof)}, {way}') as progress:
 
-                def tell(done: int, progress: Any = progress) -> None:
-                    progress.update(done - progress.n)
+            def tell(done: int, progress: Any = progress) -> None:
+                progress.update(done - progress.n)
 
-                found = carried(runs[order], options.error, progress=tell, **how)
-            yield Part(dof, way, values[order], found)
+            found = carried(runs[order], options.error, progress=tell, **how)
+        yield Part(own.dof, way, values[order], found)
 
 
 def _document(part: Part, keep: int) -> dict[str, Any]:

@@ -13,14 +13,12 @@ from qzs_rig.cli import oscillating
 from qzs_rig.cli.options import bar
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import coupled
-from qzs_rig.parameters import RunSpec
 from qzs_rig.report import resonance, response_page
 from qzs_rig.theory.balance.coupled_response import response_of
 from qzs_rig.theory.balance.harmonic_balance import VARIED
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.balance.variation import varied_response
-from qzs_rig.theory.oscillator import Oscillator
-from qzs_rig.units import DOFS, TRANSLATIONS
+from qzs_rig.units import DOFS
 
 TABLE_1_AMPLITUDE = 0.1
 """H in m."""
@@ -28,6 +26,7 @@ TABLE_1_AMPLITUDE = 0.1
 EPILOG = """\
 examples:
   qzs-rig frf                                       Table 1, vertical, 0.1 m
+  qzs-rig frf vertical_sweep                        what qzs-rig run vertical_sweep measures
   qzs-rig frf --law taylor --zeta 0.07 --amplitude 0.6 --omega 0.02:3 --out frf
   qzs-rig frf --law symmetric --single-term         the paper's Eq (29)
   qzs-rig frf --jump-map amplitude --omega 0.1:2    folds over the base amplitude
@@ -49,7 +48,9 @@ def add_to(verbs: Any) -> None:
     )
     oscillating.motion(command, DOFS[0], '0.1 m as in Table 1')
     command.add_argument(
-        '--omega', default='0.02:3', metavar='LO:HI', help='frequency range (default: 0.02:3)'
+        '--omega',
+        metavar='LO:HI',
+        help='frequency range (default: the band of SCENARIO, else 0.02:3)',
     )
     command.add_argument(
         '--harmonics', type=int, metavar='N', help='keep to N (default: as many as it takes)'
@@ -78,7 +79,6 @@ def add_to(verbs: Any) -> None:
         help=f'all motions at --at OMEGA while one of {", ".join(VARIED)} varies too',
     )
     command.add_argument('--at', type=float, metavar='OMEGA', help='the frequency of --vary')
-    shared.assignments(command)
     shared.out(command, 'folder for figures, page and CSV')
     shared.as_json(command)
     command.set_defaults(execute=execute)
@@ -86,9 +86,9 @@ def add_to(verbs: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Solve, draw, print."""
-    spec = spec_of(options)
-    oscillator = oscillator_of(options, spec)
-    low, high = omega_range(options.omega)
+    spec, (oscillator,) = oscillating.asked(options, metres=TABLE_1_AMPLITUDE, single=False)
+    band = oscillating.band_of(options, spec, oscillator) if options.omega is None else None
+    low, high = band or omega_range(options.omega or '0.02:3')
     if options.harmonics is not None and not 1 <= options.harmonics <= 512:
         raise InputError(f'--harmonics {options.harmonics}: give 1 to 512, or leave it out')
     if options.single_term and options.harmonics is not None:
@@ -112,6 +112,11 @@ def execute(options: argparse.Namespace) -> int:
             )
     six = coupled(spec) and not options.single_term
     answer.document['degrees_of_freedom'] = 6 if six else 1
+    if six and (options.backbone or options.jump_map or options.vary):
+        answer.cautions.append(
+            f'--backbone, --jump-map and --vary take {oscillator.dof} by itself, not all six '
+            'degrees of freedom'
+        )
     if options.backbone:
         answer = resonance.with_backbone(answer, oscillator, low, high)
     if options.jump_map:
@@ -138,21 +143,6 @@ def _teller(progress: Any) -> Callable[[float, str], None]:
     return tell
 
 
-def spec_of(options: argparse.Namespace) -> RunSpec:
-    """The platform that --law, --zeta and --set describe."""
-    spec = oscillating.spec_of(options)
-    return spec if options.zeta is None else spec.override({'platform.zeta': options.zeta})
-
-
-def oscillator_of(options: argparse.Namespace, spec: RunSpec) -> Oscillator:
-    """The oscillator that --dof, --amplitude and --held make of a platform."""
-    (dof,) = oscillating.dofs_of(options)
-    amplitude = options.amplitude
-    if amplitude is None:
-        amplitude = _paper_amplitude(spec, dof)
-    return Oscillator.of(spec, dof, amplitude, oscillating.HELD.index(options.held))
-
-
 def omega_range(text: str) -> tuple[float, float]:
     """LO:HI."""
     low, high = oscillating.pair(text, '--omega')
@@ -167,9 +157,3 @@ def variation(text: str, omega: float | None) -> tuple[float, str, float, float]
         raise InputError(f'--vary {text!r}: give one frequency above 0 with --at, such as --at 0.8')
     name, _, span = text.partition('=')
     return omega, name, *oscillating.pair(span, f'--vary {name}')
-
-
-def _paper_amplitude(spec: RunSpec, dof: str) -> float:
-    if dof in TRANSLATIONS:
-        return TABLE_1_AMPLITUDE / spec.number('platform.L20')
-    return oscillating.PAPER_ROTATION

@@ -59,10 +59,9 @@ def add_to(verbs: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Run, draw, print."""
-    spec = oscillating.spec_of(options)
-    (dof,) = oscillating.dofs_of(options)
-    oscillator = oscillating.oscillator_of(options, spec, dof)
-    omega = oscillating.omega_of(options, spec, dof)
+    spec, (oscillator,) = oscillating.asked(options)
+    dof = oscillator.dof
+    omega = oscillating.omega_of(options, spec, oscillator)
     starts = oscillating.at_least(options.starts, 1, '--starts')
     seed = oscillating.at_least(options.seed, 0, '--seed')
     start = np.random.default_rng(seed).uniform(-1.0, 1.0, (2, starts)) * options.reach

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from qzs_rig import scenario
 from qzs_rig.cli import options as shared
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
 from qzs_rig.mechanics.geometric.modes import Modes, modes
@@ -24,24 +23,14 @@ def add_to(verbs: Any) -> None:
         'payload rests, stiffness and mass there, natural frequencies, shapes, coupling. '
         'platform.law is ignored; a platform that falls over is a finding (exit code 1).',
     )
-    command.add_argument(
-        'scenario',
-        nargs='?',
-        metavar='SCENARIO',
-        help='scenario whose platform is taken (default: Table 1)',
-    )
-    shared.assignments(command)
+    shared.platform(command, 'the platform')
     shared.as_json(command)
     command.set_defaults(execute=execute)
 
 
 def execute(options: argparse.Namespace) -> int:
     """Solve and print."""
-    if options.scenario:
-        spec = scenario.load(options.scenario, options.assignments)
-    else:
-        spec = scenario.of(scenario.assigned(options.assignments))
-    geometry = Geometry.from_spec(spec.override({'platform.law': 'geometric'}))
+    geometry = Geometry.from_spec(shared.spec_of(options).override({'platform.law': 'geometric'}))
     found = modes(geometry)
     shared.show(options, to_document(geometry, found), to_text(geometry, found))
     return 0 if found.stable else 1

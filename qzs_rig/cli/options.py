@@ -10,7 +10,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from qzs_rig.scenario import DEFAULT
+from qzs_rig.parameters import RunSpec
+from qzs_rig.scenario import DEFAULT, assigned, load, of
 
 
 def bar(total: float, unit: str, text: str) -> Any:
@@ -39,6 +40,25 @@ def scenario(command: argparse.ArgumentParser) -> None:
     assignments(command)
     out(command, 'folder of the run (default: runs/<time>_<scenario>_<id>)')
     as_json(command)
+
+
+def platform(command: argparse.ArgumentParser, what: str) -> None:
+    """SCENARIO, which may be left out, and --set, for a command that needs no run."""
+    command.add_argument(
+        'scenario',
+        nargs='?',
+        metavar='SCENARIO',
+        help=f'name of a shipped scenario or path of a YAML file, which says {what} '
+        '(default: Table 1)',
+    )
+    assignments(command)
+
+
+def spec_of(options: argparse.Namespace) -> RunSpec:
+    """What SCENARIO and --set say; of Table 1 without a SCENARIO."""
+    if options.scenario:
+        return load(options.scenario, options.assignments)
+    return of(assigned(options.assignments))
 
 
 def assignments(command: argparse.ArgumentParser) -> None:

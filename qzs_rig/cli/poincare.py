@@ -18,7 +18,7 @@ from qzs_rig.report.write import csv, npz, pictures
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.chaos import VISIBLE, Diagram, judged
 from qzs_rig.theory.motion.stroboscope import History, history, strobe, strobe_within
-from qzs_rig.units import TRANSLATIONS
+from qzs_rig.units import DOFS, TRANSLATIONS
 
 EPILOG = """\
 examples:
@@ -57,19 +57,16 @@ def add_to(verbs: Any) -> None:
     command.add_argument(
         '--steps', type=int, metavar='N', help='steps a period (default: the fewest for 1e-6)'
     )
-    oscillating.add(command, 'folder for figure, CSV and NPZ', dof=None)
+    oscillating.add(command, 'folder for figure, CSV and NPZ', dof='all four')
     command.set_defaults(execute=execute)
 
 
 def execute(options: argparse.Namespace) -> int:
     """Run, draw, print."""
-    spec = oscillating.spec_of(options)
+    spec, oscillators = oscillating.asked(options, DOFS)
     periods = oscillating.at_least(options.periods, 1, '--periods')
-    portraits = []
-    for dof in oscillating.dofs_of(options):
-        oscillator = oscillating.oscillator_of(options, spec, dof)
-        runs = Batch.of(oscillator, oscillating.omega_of(options, spec, dof))
-        portraits.append(portrait(dof, runs, periods, options.steps))
+    runs = [Batch.of(own, oscillating.omega_of(options, spec, own)) for own in oscillators]
+    portraits = [portrait(run, periods, options.steps) for run in runs]
     document = {'periods': periods, 'runs': [_document(each) for each in portraits]}
     text = '\n\n'.join([_table(portraits, periods).to_text(), *map(_word, portraits)])
     written = _written(options.out, portraits) if options.out is not None else []
@@ -77,7 +74,7 @@ def execute(options: argparse.Namespace) -> int:
     return 0
 
 
-def portrait(dof: str, runs: Batch, periods: int, steps: int | None) -> Portrait:
+def portrait(runs: Batch, periods: int, steps: int | None) -> Portrait:
     """The run of `runs`, of one."""
     how: dict[str, Any] = {'periods': periods, 'keep': periods}
     seen = strobe_within(runs, **how) if steps is None else strobe(runs, steps=steps, **how)
@@ -89,7 +86,7 @@ def portrait(dof: str, runs: Batch, periods: int, steps: int | None) -> Portrait
         cycle = np.resize(back[::-1], periods)[::-1]
         off = np.flatnonzero(np.abs(seen.w[0] - cycle) > VISIBLE)
         visible = int(off[-1]) + 2 if off.size else 0
-    return Portrait(dof, judged(seen), run, visible, drawn_steps)
+    return Portrait(runs.dof, judged(seen), run, visible, drawn_steps)
 
 
 def _document(each: Portrait) -> dict[str, Any]:

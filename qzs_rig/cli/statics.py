@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from qzs_rig import scenario
 from qzs_rig.cli import options as shared
+from qzs_rig.cli import oscillating
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics import statics
-from qzs_rig.mechanics.platform import platform_design, refuse_coupled_words
+from qzs_rig.mechanics.platform import Platform, platform_design, refuse_coupled_words
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import RunSpec
 from qzs_rig.report import datasheet, statics_figures
@@ -33,9 +34,8 @@ def add_to(verbs: Any) -> None:
         'stiffness at these points, else QZS conditions, soft range, load capacity and Taylor '
         'deviation; with --out figures 9 to 12, an interactive page and the curves as CSV.',
     )
-    command.add_argument(
-        '--law', help=f'restoring law: {", ".join(RESTORING)} (default: platform.law)'
-    )
+    shared.platform(command, 'the platform')
+    oscillating.law(command)
     command.add_argument('--dof', help=f'degree of freedom: {", ".join(DOFS)}')
     command.add_argument(
         '--at',
@@ -49,7 +49,6 @@ def add_to(verbs: Any) -> None:
         metavar='K',
         help='stiffness over k1 that counts as quasi-zero (default: 0.05)',
     )
-    shared.assignments(command)
     shared.out(command, 'folder for figures, page and CSV')
     shared.as_json(command)
     command.set_defaults(execute=execute)
@@ -57,10 +56,12 @@ def add_to(verbs: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Compute, draw, print."""
-    spec = scenario.of(scenario.assigned(options.assignments))
-    law = _known(options.law or spec.text('platform.law'), tuple(RESTORING), 'law')
+    spec = oscillating.spec_of(options)
+    law = spec.text('platform.law')
     if law == 'geometric':
         refuse_coupled_words(spec)
+    for text in Platform.from_spec(spec).cautions((False,) * len(DOFS)):
+        print(f'caution: {text}', file=sys.stderr)
     dof = _known(options.dof, DOFS, 'degree of freedom') if options.dof else None
     if options.at is not None:
         return _points(options, spec, law, dof)
