@@ -86,14 +86,22 @@ def test_the_summary_says_what_the_library_says(told):
     assert 'vertical rotation  ' not in text.split('Stiffness of law')[1]
 
 
-def test_files(told, tmp_path):
-    code, out, _ = told('statics', '--out', str(tmp_path / 'one'), '--json')
+@pytest.fixture(scope='module')
+def written(tmp_path_factory):
+    """The folder of `statics --out`."""
+    folder = tmp_path_factory.mktemp('statics') / 'one'
+    assert execute(('statics', '--out', str(folder))) == 0
+    return folder
+
+
+def test_files(told, written, tmp_path):
+    code, out, _ = told('statics', '--out', str(tmp_path / 'two'), '--json')
     assert code == 0
-    names = {path.name for path in (tmp_path / 'one').iterdir()}
+    names = {path.name for path in written.iterdir()}
     figures = {f'figure_{n}.{kind}' for n in (9, 10, 11, 12) for kind in PAGES}
     assert names == {'statics.html', 'statics.csv', *figures}
     assert {p.rsplit('/', 1)[-1] for p in json.loads(out)['files']} == names
-    with (tmp_path / 'one' / 'statics.csv').open(newline='') as file:
+    with (written / 'statics.csv').open(newline='') as file:
         rows = list(csv.DictReader(file))
     law = RESTORING['corrected']
     for row in rows[::97]:
@@ -101,22 +109,19 @@ def test_files(told, tmp_path):
         weight = PAPER_DESIGN.b if number == 0 else 0.0
         force = law.bind(math.sqrt)[number](PAPER_DESIGN, x) + weight
         assert float(row['force']) == pytest.approx(force, abs=1e-12)
-    told('statics', '--out', str(tmp_path / 'two'))
     for name in names:
-        assert (tmp_path / 'one' / name).read_bytes() == (tmp_path / 'two' / name).read_bytes()
+        assert (written / name).read_bytes() == (tmp_path / 'two' / name).read_bytes()
 
 
-def test_the_page_needs_nothing_but_itself(told, tmp_path):
-    told('statics', '--out', str(tmp_path))
-    page = (tmp_path / 'statics.html').read_text()
+def test_the_page_needs_nothing_but_itself(written):
+    page = (written / 'statics.html').read_text()
     assert "default-src 'none'" in page
     assert page.count('class="plot"') == 8 + 4 + 2 + 2
     assert 'QZS conditions' in page
 
 
-def test_nothing_is_overwritten(told, tmp_path):
-    told('statics', '--out', str(tmp_path))
-    code, _, err = told('statics', '--out', str(tmp_path))
+def test_nothing_is_overwritten(told, written):
+    code, _, err = told('statics', '--out', str(written))
     assert code == 2
     assert 'nothing is overwritten' in err
 
