@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from qzs_rig.mechanics.compiling import kept
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING, bulk
 from qzs_rig.mechanics.restoring.roots import rsqrt
@@ -149,7 +150,7 @@ def compiled(law: str) -> tuple[Any, tuple[Any, ...]]:
     Formulas are passed as typed function pointers, so one compiled `march`, cached on disk,
     serves every law. Raises ImportError where numba cannot be imported.
     """
-    from numba import float64, int64, njit, types
+    from numba import float64, int64, types
 
     real, line = float64, float64[::1]
     # numba's own types carry no annotations
@@ -161,5 +162,5 @@ def compiled(law: str) -> tuple[Any, tuple[Any, ...]]:
         pack(real, 3),
         *(line,) * 7,
     )
-    fast = njit(signature, cache=True, nogil=True)(march)
+    fast = kept(signature)(march)
     return fast, bulk.compiled(RESTORING[law].around)

@@ -55,3 +55,38 @@ def test_every_law_has_a_period_of_its_own(law, number):
         moved.append(np.concatenate([block.w[0, :1], block.y[0, :1], block.cos[:1]]))
     # the fast root is good to 2e-14, sums are regrouped
     assert moved[0] == pytest.approx(moved[1], abs=1e-12)
+
+
+def test_what_an_older_version_left_on_disk_is_made_anew(tmp_path):
+    """A type in a signature has moved to another module since."""
+    (tmp_path / 'old_home.py').write_text(
+        'from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    a: float\n    b: float\n'
+    )
+    user = (
+        'from numba import float64, typeof\n'
+        'from {home} import Pair\n'
+        'from qzs_rig.mechanics.compiling import kept\n'
+        '@kept(float64(typeof(Pair(0.0, 0.0))))\n'
+        'def total(pair):\n'
+        '    return pair.a + pair.b\n'
+        'if __name__ != "__main__":\n'
+        '    print(len(total.stats.cache_hits), total(Pair(1.0, 2.0)))\n'
+    )
+    source = tmp_path / 'user.py'
+    environment = {'PYTHONPATH': ':'.join([str(tmp_path), *sys.path]), 'PYTHONHASHSEED': '1'}
+
+    def run():
+        words = [sys.executable, '-c', 'import user']
+        found = subprocess.run(
+            words, capture_output=True, text=True, check=False, env=environment, cwd=tmp_path
+        )
+        assert found.returncode == 0, found.stderr
+        return found.stdout.split()
+
+    source.write_text(user.format(home='old_home'))
+    assert run() == ['0', '3.0']
+    assert run() == ['1', '3.0']
+    (tmp_path / 'old_home.py').rename(tmp_path / 'new_home.py')
+    source.write_text(user.format(home='new_home'))
+    assert run() == ['0', '3.0']
+    assert run() == ['1', '3.0']

@@ -9,6 +9,8 @@ import math
 from functools import cache
 from typing import Any
 
+from qzs_rig.mechanics.compiling import kept
+
 STATE = 13
 """Centre of mass (3) and its velocity (3), attitude quaternion w first (4), angular velocity in
 the plate's frame (3)."""
@@ -179,7 +181,7 @@ def compiled() -> Any:
 
     Raises ImportError where numba cannot be imported.
     """
-    from numba import float64, int64, njit, types
+    from numba import float64, int64, types
     from numba.extending import register_jitable
 
     # `march` finds these by name; compiled into it, they leave one function to keep on disk
@@ -189,4 +191,4 @@ def compiled() -> Any:
     pack: Any = types.UniTuple
     constants, rows = pack(float64, 10), float64[:, ::1]
     signature = int64(constants, constants, float64, pack(float64, STATE), *(rows,) * 4)
-    return njit(signature, cache=True, nogil=True, error_model='numpy')(march)
+    return kept(signature, error_model='numpy')(march)

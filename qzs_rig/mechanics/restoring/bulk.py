@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from qzs_rig.mechanics.compiling import kept
 from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring.roots import Root, reciprocal, rsqrt, teach_numba
 from qzs_rig.samples import Array
@@ -51,13 +52,8 @@ def in_numpy(around: Around, design: Design, w: Array) -> Array:
 @cache
 def compiled(around: Around) -> tuple[Any, ...]:
     """The four formulas compiled by numba (no fast-math); ImportError where it is missing."""
-    from numba import njit
-
     teach_numba()
-    return tuple(
-        njit(formula_type(), cache=True, nogil=True, error_model='numpy')(plain)
-        for plain in around(rsqrt)
-    )
+    return tuple(kept(formula_type(), error_model='numpy')(plain) for plain in around(rsqrt))
 
 
 def formula_type() -> Any:
@@ -73,14 +69,14 @@ def formula_type() -> Any:
 def kernel() -> Any:
     """Rows of w through four function pointers, so that one compiled loop serves every law."""
     try:
-        from numba import float64, njit, types, void
+        from numba import float64, types, void
     except ImportError:
         return None
     pack: Any = types.UniTuple
     pointer = types.FunctionType(formula_type())
     rows = float64[:, :]
     signature = void(*(pointer,) * 4, pack(float64, 6), rows, rows)
-    return njit(signature, cache=True, nogil=True)(_fill)
+    return kept(signature)(_fill)
 
 
 def _fill(f0: Any, f1: Any, f2: Any, f3: Any, design: Any, w: Any, out: Any) -> None:

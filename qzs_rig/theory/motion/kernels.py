@@ -17,9 +17,10 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import float64, int64, njit, typeof, types, void
+from numba import float64, int64, typeof, types, void
 from numba.extending import register_jitable
 
+from qzs_rig.mechanics.compiling import kept
 from qzs_rig.mechanics.restoring.law import RestoringLaw
 from qzs_rig.mechanics.restoring.polynomial import cubic_force
 from qzs_rig.mechanics.restoring.roots import fast_rsqrt, teach_numba
@@ -146,10 +147,7 @@ def advancing(law: RestoringLaw, number: int) -> Any:
     teach_numba()
     force = cubic_force if law.cubic_only else law.around(fast_rsqrt)[number]
     register_jitable(error_model='numpy')(force)
-    compiled = njit(
-        void(BLOCK, SCHEDULE), cache=True, nogil=True, error_model='numpy', fastmath=FAST
-    )
-    return compiled(period_around(force))
+    return kept(void(BLOCK, SCHEDULE), error_model='numpy', fastmath=FAST)(period_around(force))
 
 
 def period_around(force: Any) -> Any:
@@ -205,7 +203,7 @@ def begin(runs: Any, column: int, table: Any, numbers: Any, run: int, schedule: 
     runs.h[column], runs.drive[column], runs.load[column] = h, table[DRIVE, run], table[LOAD, run]
 
 
-@njit(void(PERIOD, BLOCK, GRID, GRID, SCHEDULE, int64, GRID, GRID), cache=True, nogil=True)
+@kept(void(PERIOD, BLOCK, GRID, GRID, SCHEDULE, int64, GRID, GRID))
 def grow(
     advance: Any,
     runs: Any,

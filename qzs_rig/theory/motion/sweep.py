@@ -9,10 +9,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, typeof, void
+from numba import typeof, void
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from qzs_rig.mechanics.compiling import kept
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.batch import WIDTH
 from qzs_rig.theory.motion.kernels import BLOCK, GRID, PERIOD, SCHEDULE, begin
@@ -155,12 +156,7 @@ def lose(points: Any, figures: Any, place: int) -> None:
     figures[:] = np.nan
 
 
-@njit(
-    void(PERIOD, BLOCK, GRID, GRID, SCHEDULE, RULES, FOUND),
-    cache=True,
-    nogil=True,
-    error_model='numpy',
-)
+@kept(void(PERIOD, BLOCK, GRID, GRID, SCHEDULE, RULES, FOUND), error_model='numpy')
 def sweep(
     advance: Any, runs: Any, table: Any, numbers: Any, schedule: Any, rules: Any, found: Any
 ) -> None:
