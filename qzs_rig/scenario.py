@@ -88,24 +88,35 @@ def complete(values: Mapping[str, Any]) -> RunSpec:
     return defaults.override({k: v for k, v in values.items() if defaults.get(k) != v})
 
 
-def find(scenario: str) -> Path:
-    """Path of a scenario; raises InputError listing the known ones."""
-    path = Path(scenario)
-    if path.suffix in {'.yaml', '.yml'} or path.is_file():
-        if path.is_file():
-            return path
-        raise InputError(f'scenario {scenario} is not there; known by name: {", ".join(names())}')
-    shipped = config_folder() / f'{scenario}.yaml'
+def find(name: str, what: str = 'scenario', folder: str = '') -> Path:
+    """Path of a YAML file, by path or by its name in `folder` of `config/`; InputError, which calls
+    it `what`, lists the known ones."""
+    path = Path(name)
+    if path.is_file():
+        return path
+    known = ', '.join(names(folder))
+    if path.suffix in {'.yaml', '.yml'}:
+        raise InputError(f'{what} {name} is not there; known by name: {known}')
+    shipped = config_folder() / folder / f'{name}.yaml'
     if shipped.is_file():
         return shipped
-    raise InputError(
-        f'unknown scenario {scenario!r}; known: {", ".join(names())}, or the path of a YAML file'
-    )
+    raise InputError(f'unknown {what} {name!r}; known: {known}, or the path of a YAML file')
 
 
-def names() -> list[str]:
-    """Scenarios that ship with the package."""
-    return sorted(path.stem for path in config_folder().glob('*.yaml'))
+def names(folder: str = '') -> list[str]:
+    """Names of the scenarios that ship with the package, or of what is in a `folder` of them."""
+    return sorted(path.stem for path in (config_folder() / folder).glob('*.yaml'))
+
+
+def headlines(folder: str = '') -> dict[str, str]:
+    """What each of `names` is for: the first sentence of its file."""
+
+    def sentence(name: str) -> str:
+        text = (config_folder() / folder / f'{name}.yaml').read_text(encoding='utf-8')
+        comment = text.removeprefix('# ').replace('\n# ', ' ')
+        return comment.split('. ')[0].split('\n')[0].rstrip('.')
+
+    return {name: sentence(name) for name in names(folder)}
 
 
 def config_folder() -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,15 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
-from qzs_rig.parameters import Parameter, Value, closest
+from qzs_rig.parameters import Parameter, RunSpec, Value
 from qzs_rig.samples import Array
 
 Column = NDArray[Any]
 """One value a point: numbers, words or yes/no."""
 
-SCALES = ('linear', 'log')
 MOST = 10_000_000
 """Values of one range, and samples of a hypercube: both are kept in memory."""
+SCALE = Parameter(
+    'scale', str, 'linear', '', 'even steps or equal ratios', choices=('linear', 'log')
+)
+COUNT = Parameter('count', int, None, '', 'values in a grid', 1, MOST)
 
 
 @dataclass(frozen=True)
@@ -111,45 +114,23 @@ def _listed(parameter: Parameter, given: list[Any]) -> Listed:
 
 def _range(parameter: Parameter, given: dict[str, Any], grid: bool) -> Range:
     name = f'vary {parameter.name}'
-    refuse_unknown(given, ('from', 'to', 'scale', *(('count',) if grid else ())), name)
     if parameter.kind is not float:
         raise InputError(f'{name}: a range is for real numbers; list the values')
-    missing = {'from', 'to', *(('count',) if grid else ())} - set(given)
+    ends = [replace(parameter, name=end, default=None, replaces=()) for end in ('from', 'to')]
+    declared = (*ends, SCALE, *((COUNT,) if grid else ()))
+    spec = checked(name, declared, given)
+    missing = [item.name for item in declared if item.name not in spec]
     if missing:
-        raise InputError(f'{name}: {", ".join(sorted(missing))} is missing')
-    low, high = (float(parameter.convert(given[end])) for end in ('from', 'to'))
-    scale = given.get('scale', 'linear')
-    if scale not in SCALES:
-        raise InputError(f'{name}: scale {scale!r} is unknown; give one of {", ".join(SCALES)}')
+        raise InputError(f'{name}: {", ".join(missing)} is missing')
+    low, high, scale = spec.number('from'), spec.number('to'), spec.text('scale')
     if scale == 'log' and not low * high > 0.0:
         raise InputError(f'{name}: a log scale from {low:g} to {high:g} is none; use linear')
-    return Range(parameter, low, high, scale, whole(name, given['count'], MOST) if grid else None)
+    return Range(parameter, low, high, scale, spec.count('count') if grid else None)
 
 
-def whole(name: str, value: Any, most: int, least: int = 1) -> int:
-    """`value` as a whole number in least … most; raises InputError."""
-    if isinstance(value, float) and value.is_integer():  # 1e6 with a point: YAML's 1.0e+6
-        value = int(value)
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(f'{name}: {value!r} must be a whole number from {least} to {most}')
-    return value
-
-
-def refuse_unknown(given: Mapping[str, Any], known: Iterable[str], where: str) -> None:
-    """InputError for a key that is not `known`, with those that are."""
-    known = list(known)
-    for key in given:
-        if key not in known:
-            raise InputError(
-                f'{where}: unknown key {key!r}{closest(str(key), known)}; known: '
-                + (', '.join(known) or 'none')
-            )
-
-
-def mapping(given: Any, where: str) -> dict[str, Any]:
-    """`given` as a map of names, an absent one empty; InputError for anything else."""
-    if given is None:
-        return {}
-    if not isinstance(given, dict) or not all(isinstance(key, str) for key in given):
-        raise InputError(f'{where} must map names to values, as in "name: value"')
-    return given
+def checked(where: str, declared: Iterable[Parameter], given: Mapping[str, Any]) -> RunSpec:
+    """The values `given` for `declared` parameters of a part of a plan; InputError says which."""
+    try:
+        return RunSpec.of(declared, given)
+    except InputError as error:
+        raise InputError(f'{where}: {error}') from error

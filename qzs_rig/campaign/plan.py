@@ -11,16 +11,29 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig import __version__, scenario
-from qzs_rig.campaign.axes import MOST, axis_of, mapping, refuse_unknown, whole
-from qzs_rig.campaign.sampling import Grid, Sample, columns, latin_hypercube
+from qzs_rig.campaign.axes import MOST, axis_of, checked
+from qzs_rig.campaign.sampling import METHOD, PLACES, Grid, LatinHypercube, Sample, columns
 from qzs_rig.campaign.task import Points, Task
 from qzs_rig.campaign.tasks import TASKS
 from qzs_rig.errors import InputError
 from qzs_rig.parameters import Parameter, RunSpec, closest, unknown_parameter, yaml_document
 
+FOLDER = 'campaigns'
+"""Of the plans that ship, in `config/`."""
 SECTIONS = ('campaign', 'base', 'vary', 'options')
-KEYS = ('task', 'seed', 'sample', 'samples', 'place', 'method', 'chunk')
-SAMPLES = ('grid', 'latin_hypercube')
+OF_HYPERCUBE = (
+    Parameter('samples', int, None, '', 'points of a latin_hypercube', 1, MOST),
+    Parameter('place', str, 'centre', '', 'of a sample in its stratum', choices=PLACES),
+    Parameter('method', str, METHOD, '', 'by which samples are drawn', choices=(METHOD,)),
+)
+HEAD = (
+    Parameter('task', str, None, '', 'what is computed at each point', choices=tuple(TASKS)),
+    Parameter('seed', int, 0, '', 'of samples and of sensor noise', 0, 2**31 - 1),
+    Parameter('sample', str, 'grid', '', 'the points', choices=('grid', 'latin_hypercube')),
+    *OF_HYPERCUBE,
+    Parameter('chunk', int, None, 'points', 'kept together; unset: as the task says', 1, MOST),
+)
+"""What the section `campaign` of a plan says."""
 MOST_POINTS = 1_000_000_000
 FEW = 16
 """Chunks in which even a small campaign is cut: all cores have work, a crash loses little."""
@@ -105,68 +118,49 @@ def load(path: Path, assignments: Mapping[str, Any] = {}) -> Plan:
 
 def of(document: Any, assignments: Mapping[str, Any] = {}) -> Plan:
     """The plan in a parsed document; raises InputError naming what is wrong with it."""
-    sections = mapping(document, 'a plan')
-    refuse_unknown(sections, SECTIONS, 'plan')
-    head = mapping(sections.get('campaign'), 'campaign')
-    refuse_unknown(head, KEYS, 'campaign')
-    task = _task(head.get('task'))
-    seed = whole('campaign: seed', head.get('seed', 0), 2**31 - 1, 0)
-    explicit = {**mapping(sections.get('base'), 'base'), **assignments}
+    sections = _mapping(document, 'a plan')
+    for key in sections:
+        if key not in SECTIONS:
+            raise InputError(
+                f'plan: unknown key {key!r}{closest(key, SECTIONS)}; known: {", ".join(SECTIONS)}'
+            )
+    base, vary, options = (_mapping(sections.get(name), name) for name in SECTIONS[1:])
+    head = checked('campaign', HEAD, _mapping(sections.get('campaign'), 'campaign'))
+    if 'task' not in head:
+        raise InputError(f'campaign: task is missing; give one of {", ".join(TASKS)}')
+    task = TASKS[head.text('task')]
     declared = (*scenario.PARAMETERS, *task.inputs)
-    sample = _sample(head, seed, declared, mapping(sections.get('vary'), 'vary'))
-    fixed = _fixed(declared, explicit, sample)
-    options = mapping(sections.get('options'), 'options')
-    refuse_unknown(options, (item.name for item in task.options), f'options of {task.name}')
+    sample = _sample(head, declared, vary)
+    settings = checked(f'options of {task.name}', task.options, options)
     plan = Plan(
         task,
         sample,
-        fixed,
-        RunSpec.of(task.options, dict(RunSpec.of(task.options, options))),
-        seed,
-        whole('campaign: chunk', head.get('chunk', _chunk(task, sample.points)), MOST),
+        _fixed(declared, {**base, **assignments}, sample),
+        RunSpec.of(task.options, dict(settings)),  # with the defaults: they are part of the plan
+        head.count('seed'),
+        head.count('chunk') if 'chunk' in head else _chunk(task, sample.points),
     )
     _check(plan)
     return plan
 
 
-def shipped() -> list[str]:
-    """Names of the plans that ship with the package."""
-    return sorted(path.stem for path in _folder().glob('*.yaml'))
+def _mapping(given: Any, where: str) -> dict[str, Any]:
+    """`given` as a map of names, an absent one empty; InputError for anything else."""
+    if given is None:
+        return {}
+    if not isinstance(given, dict) or not all(isinstance(key, str) for key in given):
+        raise InputError(f'{where} must map names to values, as in "name: value"')
+    return given
+
+
+def shipped() -> dict[str, str]:
+    """Plans that ship with the package, by name, and what each is for."""
+    return scenario.headlines(FOLDER)
 
 
 def find(plan: str) -> Path:
-    """Path of a plan, by name in `config/campaigns` or by path; InputError listing the known."""
-    path = Path(plan)
-    if path.is_file():
-        return path
-    known = f'known by name: {", ".join(shipped())}; or give the path of a YAML file'
-    if path.suffix in {'.yaml', '.yml'}:
-        raise InputError(f'plan {plan} is not there; {known}')
-    path = _folder() / f'{plan}.yaml'
-    if not path.is_file():
-        raise InputError(f'unknown plan {plan!r}; {known}')
-    return path
-
-
-def headline(name: str) -> str:
-    """What a plan is for: the first sentence of its file."""
-    comment = find(name).read_text(encoding='utf-8').removeprefix('# ').replace('\n# ', ' ')
-    return comment.split('. ')[0].split('\n')[0].rstrip('.')
-
-
-def _folder() -> Path:
-    return scenario.config_folder() / 'campaigns'
-
-
-def _task(name: Any) -> Task:
-    if name is None:
-        raise InputError(f'campaign: task is missing; give one of {", ".join(TASKS)}')
-    if name not in TASKS:
-        raise InputError(
-            f'campaign: task {name!r} is unknown{closest(str(name), TASKS)}; give one of '
-            f'{", ".join(TASKS)}'
-        )
-    return TASKS[name]
+    """Path of a plan, by name or by path; InputError listing the known."""
+    return scenario.find(plan, 'plan', FOLDER)
 
 
 def _chunk(task: Task, points: int) -> int:
@@ -189,28 +183,25 @@ def _fixed(declared: tuple[Parameter, ...], explicit: Mapping[str, Any], sample:
     return RunSpec(declared, {n: v for n, v in spec.given.items() if n not in varied})
 
 
-def _sample(
-    head: dict[str, Any], seed: int, declared: tuple[Parameter, ...], vary: dict[str, Any]
-) -> Sample:
-    kind = head.get('sample', 'grid')
-    if kind not in SAMPLES:
-        raise InputError(f'campaign: sample {kind!r} is unknown; give one of {", ".join(SAMPLES)}')
+def _sample(head: RunSpec, declared: tuple[Parameter, ...], vary: dict[str, Any]) -> Sample:
     if not vary:
         raise InputError('vary is empty; name at least one parameter and its values')
     table = {item.name: item for item in declared}
     for name in vary:
         if name not in table:
             raise InputError(unknown_parameter(name, table))
-    grid = kind == 'grid'
+    grid = head.text('sample') == 'grid'
     axes = tuple(axis_of(table[name], given, grid) for name, given in vary.items())
-    if not grid:
-        samples = whole('campaign: samples', head.get('samples'), MOST)
-        words = {key: head[key] for key in ('place', 'method') if key in head}
-        return latin_hypercube(axes, samples, seed, **words)
-    for key in ('samples', 'place', 'method'):
-        if key in head:
-            raise InputError(f'campaign: {key} is for sample: latin_hypercube; leave it out')
-    return Grid(axes)
+    if grid:
+        for item in OF_HYPERCUBE:
+            if item.name in head.given:
+                raise InputError(
+                    f'campaign: {item.name} is for sample: latin_hypercube; leave it out'
+                )
+        return Grid(axes)
+    if 'samples' not in head:
+        raise InputError('campaign: samples is missing; say how many points the hypercube has')
+    return LatinHypercube(axes, head.count('samples'), head.count('seed'), head.text('place'))
 
 
 def _check(plan: Plan) -> None:

@@ -67,7 +67,14 @@ class LatinHypercube:
     axes: tuple[Axis, ...]
     points: int
     seed: int
-    place: str
+    place: str = 'centre'
+
+    def __post_init__(self) -> None:
+        if self.place == 'maximin' and self.points > MAXIMIN_MOST:
+            raise InputError(
+                f'campaign: maximin compares all distances, up to {MAXIMIN_MOST} samples; '
+                f'{self.points} are asked for: use place: centre'
+            )
 
     def column(self, number: int, first: int, stop: int) -> Column:
         """Values of axis `number` at points first … stop - 1."""
@@ -110,25 +117,6 @@ def _closest(sample: Array) -> float:
 
 
 Sample = Grid | LatinHypercube
-
-
-def latin_hypercube(
-    axes: tuple[Axis, ...], points: int, seed: int, place: str = 'centre', method: str = METHOD
-) -> LatinHypercube:
-    """A checked LatinHypercube; raises InputError."""
-    if method != METHOD:
-        raise InputError(
-            f'campaign: method {method!r} is not what this version draws by; leave it out to draw '
-            f'by {METHOD}'
-        )
-    if place not in PLACES:
-        raise InputError(f'campaign: place {place!r} is unknown; give one of {", ".join(PLACES)}')
-    if place == 'maximin' and points > MAXIMIN_MOST:
-        raise InputError(
-            f'campaign: maximin compares all distances, up to {MAXIMIN_MOST} samples; {points} '
-            'are asked for: use place: centre'
-        )
-    return LatinHypercube(axes, points, seed, place)
 
 
 def columns(sample: Sample, first: int, stop: int) -> Mapping[str, Column]:

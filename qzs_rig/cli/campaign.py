@@ -214,7 +214,7 @@ def _picture(wanted: Plan, done: Performed, name: str) -> Path | None:
 
 
 def _list(options: argparse.Namespace) -> int:
-    plans = {name: plan.headline(name) for name in plan.shipped()}
+    plans = plan.shipped()
     lines = ['shipped plans', *(f'  {name:20}{text}' for name, text in plans.items()), '']
     tasks: dict[str, Any] = {}
     for task in TASKS.values():

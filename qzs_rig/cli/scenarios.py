@@ -43,14 +43,8 @@ def execute(options: argparse.Namespace) -> int:
         shared.show(options, {'parameters': rows}, '\n'.join(lines))
         return 0
     folder = scenario.config_folder()
-    first = {name: _headline(name) for name in scenario.names()}
+    first = scenario.headlines()
     text = '\n'.join(f'{name:18}{line}' for name, line in first.items())
     document = {'folder': str(folder), 'scenarios': first}
     shared.show(options, document, f'{text}\n\nfiles in {folder}')
     return 0
-
-
-def _headline(name: str) -> str:
-    text = scenario.find(name).read_text(encoding='utf-8')
-    sentence = text.removeprefix('# ').replace('\n# ', ' ').split('. ')[0].split('\n')[0]
-    return sentence.rstrip('.')

@@ -172,7 +172,7 @@ def test_without_matplotlib_there_is_a_caution(told, plan, tmp_path, monkeypatch
     ('words', 'said'),
     [
         ((), 'name a plan; known: '),
-        (('nope',), "unknown plan 'nope'; known by name"),
+        (('nope',), "unknown plan 'nope'; known"),
         (('tolerances', '--workers', '0'), '--workers 0 must be 1 or more'),
         (('tolerances', '--workers', '2', '--scheduler', 'tcp://x:1'), 'brings its own workers'),
         (('tolerances', '--set', 'platform.k1=1'), 'platform.k1 is fixed and varied'),
