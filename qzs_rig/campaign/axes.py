@@ -47,7 +47,7 @@ class Listed:
 
     @property
     def text(self) -> str:
-        """The axis in words."""
+        """'0.1, 0.2, 0.5': the values as given."""
         return ', '.join(str(value) for value in self.given)
 
 
@@ -81,7 +81,7 @@ class Range:
 
     @property
     def text(self) -> str:
-        """The axis in words."""
+        """'0.1 … 0.5 (log)': ends and scale."""
         return f'{self.low:g} … {self.high:g} ({self.scale})'
 
 

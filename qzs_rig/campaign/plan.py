@@ -52,12 +52,12 @@ class Plan:
 
     @property
     def points(self) -> int:
-        """How many there are."""
+        """Number of points of the whole campaign."""
         return self.sample.points
 
     @property
     def chunks(self) -> int:
-        """How many there are; the last may be shorter."""
+        """Number of chunks of `chunk` points; the last may be shorter."""
         return -(-self.points // self.chunk)
 
     @property

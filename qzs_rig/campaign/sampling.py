@@ -50,7 +50,7 @@ class Grid:
 
     @property
     def text(self) -> str:
-        """In words."""
+        """'grid of 3 x 4': the sizes of the axes."""
         return f'grid of {" x ".join(str(size) for size in self.shape)}'
 
 
@@ -92,7 +92,7 @@ class LatinHypercube:
 
     @property
     def text(self) -> str:
-        """In words."""
+        """'Latin hypercube over 2 axes (random)': number of axes, place within strata."""
         return f'Latin hypercube over {len(self.axes)} axes ({self.place})'
 
     @cached_property

@@ -40,7 +40,7 @@ class Verdict(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The verdict in words."""
+        """'reproduced' or 'not reproduced'."""
         return 'reproduced' if self.holds else 'not reproduced'
 
     @property

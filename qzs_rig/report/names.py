@@ -14,17 +14,17 @@ EVENT_WORDS = {
 
 
 def dof_name(dof: str) -> str:
-    """The degree of freedom in words."""
+    """'vertical_rotation' as 'vertical rotation'."""
     return dof.replace('_', ' ')
 
 
 def direction_name(direction: str) -> str:
-    """The direction in words; `none` is a run that did not sweep."""
+    """The direction as a label; 'none', of a run that did not sweep, is 'measured'."""
     return 'measured' if direction == 'none' else direction
 
 
 def event_name(kind: str) -> str:
-    """The kind of event in words."""
+    """A kind of event as reports name it: 'jump_down' as 'jump down'."""
     return EVENT_WORDS.get(kind, kind.replace('_', ' '))
 
 

@@ -70,13 +70,13 @@ def with_jump_map(
         for k, c in enumerate(curves)
     )
     head = ('curve', f'{parameter} from', 'to', 'omega from', 'to')
-    told = {
+    found = {
         'parameter': parameter,
         'curves': [path_document(c, 'value', 'omega', 'T', 'amplitude') for c in curves],
     }
     return replace(
         answer,
-        document=answer.document | {'jump_map': told},
+        document=answer.document | {'jump_map': found},
         tables=[*answer.tables, Table('jump map', head, rows, labels=1)],
         sheets=[*answer.sheets, sheet] if curves else answer.sheets,
     )

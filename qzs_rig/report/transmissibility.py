@@ -287,7 +287,7 @@ def _panels(
 
 
 def _sentence(item: Shown) -> str:
-    """The events of one curve in words."""
+    """The events of one curve as a sentence: 'isolation onset at 1.52 Hz, …'."""
     order = {kind: k for k, kind in enumerate(EVENT_KINDS)}
     events = sorted(item.events, key=lambda event: order.get(event.kind, len(order)))
     said = []
