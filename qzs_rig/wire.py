@@ -28,12 +28,14 @@ Bytes = NDArray[np.uint8]
 
 
 class Topic(NamedTuple):
-    """A topic of the rig: relative name, type, history depth, transient local or volatile."""
+    """A topic of the rig: relative name, type, history depth; `latched` (transient local) for late
+    joiners; `watched` for the death of its publisher."""
 
     name: str
     type: str
     depth: int
     latched: bool = False
+    watched: bool = False
 
 
 # 4000 samples: two seconds of stall at 2 kHz
@@ -42,9 +44,11 @@ BASE_IMU = Topic('base/imu', 'sensor_msgs/msg/Imu', 4000)
 TOP_IMU = Topic('top/imu', 'sensor_msgs/msg/Imu', 4000)
 JOINT_STATES = Topic('joint_states', 'sensor_msgs/msg/JointState', 10)
 CLOCK = Topic('/clock', 'rosgraph_msgs/msg/Clock', 10)
-RUN = Topic('rig/run', 'std_msgs/msg/String', 10, latched=True)
-PLATFORM_STATUS = Topic('platform/status', 'diagnostic_msgs/msg/DiagnosticStatus', 1, latched=True)
-ANALYZER_STATUS = Topic('analyzer/status', 'diagnostic_msgs/msg/DiagnosticStatus', 1, latched=True)
+RUN = Topic('rig/run', 'std_msgs/msg/String', 10, latched=True, watched=True)
+PLATFORM_STATUS = Topic(
+    'platform/status', 'diagnostic_msgs/msg/DiagnosticStatus', 1, latched=True, watched=True
+)
+ANALYZER_STATUS = PLATFORM_STATUS._replace(name='analyzer/status')
 ESTIMATE = Topic('analyzer/estimate', 'std_msgs/msg/String', 1, latched=True)
 THEORY = Topic('theory/branches', 'std_msgs/msg/String', 1, latched=True)
 MATCH = Topic('analyzer/match', 'std_msgs/msg/String', 1, latched=True)

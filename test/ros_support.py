@@ -22,8 +22,7 @@ from rclpy.task import Future
 
 from qzs_rig import loopback, scenario, wire
 from qzs_rig.bag import BagReader
-from qzs_rig.ros import qos
-from qzs_rig.ros.node import message_class
+from qzs_rig.ros.endpoints import message_class, profile
 from qzs_rig.run import in_process
 from qzs_rig.run.sheet import from_document
 
@@ -47,8 +46,6 @@ SHORT = {
 SAMPLES = 2001
 LONG = SHORT | {'excitation.duration': 600.0, 'run.mode': 'real_time'}
 """A run that lasts longer than any test."""
-
-WATCHED = (wire.RUN, wire.PLATFORM_STATUS, wire.ANALYZER_STATUS)
 
 
 def environment(domain):
@@ -160,7 +157,7 @@ class Ears:
             topic.name: self.node.create_publisher(
                 message_class(topic.type),
                 topic.name,
-                qos.watched(topic) if topic in WATCHED else _profile(topic),
+                profile(topic) if topic.watched else _profile(topic),
             )
             for topic in publishers
         }

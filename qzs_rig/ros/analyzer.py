@@ -18,9 +18,9 @@ from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.parameters import Parameter
 from qzs_rig.prediction import labels
 from qzs_rig.prediction.curve import Prediction, from_document
-from qzs_rig.ros import qos
+from qzs_rig.ros.endpoints import Message
 from qzs_rig.ros.follower import Follower
-from qzs_rig.ros.node import Message, RigNode
+from qzs_rig.ros.node import RigNode
 from qzs_rig.ros.process import leave, run
 from qzs_rig.ros.states import FollowerState
 from qzs_rig.run.session import DriverSession, Session, driver_sheet
@@ -36,15 +36,14 @@ class Live:
 
     def __init__(self, node: RigNode, dofs: Sequence[str]) -> None:
         self._node = node
-        self._estimate = node.publisher(wire.ESTIMATE)
-        self._values = {
-            dof: [
-                node.publisher(wire.live_topic(dof, name))
-                for name in ('frequency_hz', 'transmissibility', 'phase_deg')
-            ]
-            for dof in dofs
-        }
-        self._match = node.publisher(wire.MATCH)
+        names = ('frequency_hz', 'transmissibility', 'phase_deg')
+        self._topics = {dof: [wire.live_topic(dof, name) for name in names] for dof in dofs}
+        for topic in (
+            wire.ESTIMATE,
+            *(t for group in self._topics.values() for t in group),
+            wire.MATCH,
+        ):
+            node.publisher(topic)
         self._published_at = 0.0
         self._run_id = ''
         self._predictions: Sequence[Prediction] = ()
@@ -58,15 +57,15 @@ class Live:
 
     def show(self, stage: AnalyzerStage) -> None:
         """Publish what is new in `stage`; the whole curve only if somebody listens."""
-        for dof, publishers in self._values.items():
+        for dof, topics in self._topics.items():
             point = stage.latest(dof)
             if point is None or self.frequency_hz.get(dof) == point[0]:
                 continue
             frequency_hz, ratio = point
             self.frequency_hz[dof] = frequency_hz
             values = (frequency_hz, abs(ratio), math.degrees(cmath.phase(ratio)))
-            for publisher, value in zip(publishers, values, strict=True):
-                publisher.publish(wire.encode_float(value))
+            for topic, value in zip(topics, values, strict=True):
+                self._node.publish(topic, wire.encode_float(value))
         ears = [f'a subscriber of {topic.name}' for topic in (wire.ESTIMATE, wire.MATCH)]
         watched = len(self._node.unmatched(ears)) < len(ears)
         if watched and time.monotonic() - self._published_at > ESTIMATE_S:
@@ -76,9 +75,9 @@ class Live:
     def conclude(self, estimate: Estimate) -> None:
         """Publish an estimate, and where theory has its points; the last ones stay for late
         listeners."""
-        self._estimate.publish(wire.encode_json(estimate.to_document()))
+        self._node.publish(wire.ESTIMATE, wire.encode_json(estimate.to_document()))
         found = labels.label_all(estimate, self._predictions)
-        self._match.publish(wire.encode_json(labels.to_document(self._run_id, found)))
+        self._node.publish(wire.MATCH, wire.encode_json(labels.to_document(self._run_id, found)))
 
 
 class Analyzer(Follower):
@@ -108,9 +107,10 @@ class Analyzer(Follower):
         self._from_driver = self.spec.text('analyzer.source') == 'driver'
         self._session = None
         self._forget()
-        profile = qos.driver(self.spec.text('analyzer.qos'))
+        best_effort = self.spec.text('analyzer.qos') == 'sensor_data'
         for name, take in ((base, self._raw[0].append), (top, self._take_top)):
-            self.subscribe(wire.Topic(name, wire.BASE_IMU.type, 4000), take, profile, bare=True)
+            imu = wire.BASE_IMU._replace(name=name)
+            self.subscribe(imu, take, best_effort=best_effort, bare=True)
         self._live = Live(self, dofs_of(self.spec))
         self.create_service(Trigger, '~/save', self._save)
         if self._from_driver:

@@ -10,7 +10,6 @@ from rclpy.context import Context
 
 from qzs_rig import wire
 from qzs_rig.errors import PeerError, RigError
-from qzs_rig.ros import parameters, qos
 from qzs_rig.ros.lead import PEER_STATUS
 from qzs_rig.ros.node import REPEAT_S, RigNode
 from qzs_rig.ros.states import FollowerState, FollowerStatus, stepped
@@ -49,18 +48,11 @@ class Follower(RigNode):
         self.state, self.message = stepped(self.state, state), message
 
     def introduce(self) -> None:
-        self.publisher(PEER_STATUS[self.role], qos.watched(PEER_STATUS[self.role]))
-        self.subscribe(
-            wire.RUN, self._read_sheet, qos.watched(wire.RUN), lost=lambda: self.peer_lost('lead')
-        )
+        self.publisher(PEER_STATUS[self.role])
+        self.subscribe(wire.RUN, self._read_sheet, lost=partial(self.peer_lost, 'lead'))
         for peer, topic in PEER_STATUS.items():
             if peer != self.role:
-                self.subscribe(
-                    topic,
-                    partial(self._hear, peer),
-                    qos.watched(topic),
-                    lost=partial(self.peer_lost, peer),
-                )
+                self.subscribe(topic, partial(self._hear, peer), lost=partial(self.peer_lost, peer))
 
     # --- what a subclass gives
 
@@ -120,7 +112,7 @@ class Follower(RigNode):
         if sheet.state is SheetState.WAITING and self.state in BEFORE_RUN:
             known, self.sheet = self.sheet, sheet
             self._enter(FollowerState.WAITING, self.message)
-            self.spec = parameters.current(self, self.spec)
+            self.reread()
             if known is None or known.run_id != sheet.run_id:
                 self.prepare(sheet)
             self._get_ready()
@@ -217,7 +209,8 @@ class Follower(RigNode):
     def say(self, level: int | None = None) -> None:
         """Publish the status; the lead's credit in lockstep."""
         self._said_at = time.monotonic()
-        self.publish(PEER_STATUS[self.role], wire.encode_status(self.status(level)))
+        if self.opened(PEER_STATUS[self.role]):  # configuring may fail before
+            self.publish(PEER_STATUS[self.role], wire.encode_status(self.status(level)))
 
     def status(self, level: int | None = None) -> Status:
         if level is None:

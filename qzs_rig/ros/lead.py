@@ -23,8 +23,8 @@ from qzs_rig.errors import InputError, PeerError, RigError
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.prediction.curve import Prediction, to_document
 from qzs_rig.prediction.predict import predict
-from qzs_rig.ros import parameters, qos
-from qzs_rig.ros.node import REPEAT_S, Message, RigNode
+from qzs_rig.ros.endpoints import Message
+from qzs_rig.ros.node import REPEAT_S, RigNode
 from qzs_rig.ros.states import FollowerState, FollowerStatus, LeadState, from_wire, stepped
 from qzs_rig.run.sheet import RunSheet, SheetState
 from qzs_rig.wire import Status, Topic
@@ -89,13 +89,13 @@ class Lead(RigNode):
         self._enter(LeadState.CONFIGURED)
 
     def introduce(self) -> None:
-        self.publisher(wire.RUN, qos.latest(wire.RUN))
+        # who comes late gets what holds now, not how it came about
+        self.publisher(wire.RUN._replace(depth=1))
         self.publisher(wire.THEORY)
         for peer in self.peers:
             self.subscribe(
                 PEER_STATUS[peer],
                 partial(self._heard, peer),
-                qos.watched(PEER_STATUS[peer]),
                 lost=partial(self._lost, peer),
             )
         self.create_service(Trigger, '~/abort', self._abort_service)
@@ -134,7 +134,7 @@ class Lead(RigNode):
         self.state = stepped(self.state, state)
 
     def begin(self) -> None:
-        self.spec = parameters.current(self, self.spec)
+        self.reread()
         run_id = self.spec.text('run_id') or uuid.uuid4().hex[:8]
         sheet = self.prepare().of(
             run_id=run_id, scenario=self.spec.text('scenario'), peers=self.peers
@@ -287,7 +287,11 @@ class Lead(RigNode):
     # --- peers and operators
 
     def _heard(self, peer: str, raw: bytes) -> None:
-        status = from_wire(wire.decode_status(raw))
+        try:
+            status = from_wire(wire.decode_status(raw))
+        except InputError as error:  # a stranger, who stops no run
+            self.get_logger().warning(f'{PEER_STATUS[peer].name}: {error}')
+            return
         self.statuses[peer] = status
         if not self._ours(status):
             return

@@ -1,49 +1,44 @@
-"""What the nodes of the rig have in common: lifecycle, parameters, endpoints, diagnostics."""
+"""What the nodes of the rig have in common: lifecycle, parameters, diagnostics, their end."""
 
 from __future__ import annotations
 
-import importlib
 import math
 import time
 import traceback
-from collections.abc import Callable, Iterable
-from typing import Any, TypeAlias
+from collections.abc import Callable
 
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.context import Context
-from rclpy.duration import Duration
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
-from qzs_rig import wire
-from qzs_rig.errors import RigError
-from qzs_rig.parameters import Parameter
-from qzs_rig.ros import parameters, qos
-from qzs_rig.wire import Topic
+from qzs_rig import scenario, wire
+from qzs_rig.errors import InputError, RigError
+from qzs_rig.parameters import Parameter, RunSpec, unknown_parameter
+from qzs_rig.ros.endpoints import Endpoints, Message
 
-Message: TypeAlias = Any
-"""A message, request, answer or event of rclpy: their classes are generated, or C++."""
-Callback = Callable[[Message], object]
 ANSWER_S = 1.0
 """How long a node that ends stays after its last answer: the news that it has left travels on
 another way, and an answer that comes after it is dropped."""
-FLUSH_S = {True: 5.0, False: 0.2}
-"""How long a node that ends, after a finished run or not, waits for its messages to arrive: a
-listener slower than a run in lockstep would miss the end of it."""
 REMIND_S = 5.0
 """How often a node that waits says for what."""
 REPEAT_S = 1.0
 """Longest silence of a node that waits: should one word be lost, the next one comes."""
-CONFIRM_S = 0.3
-"""How long a publisher whose lease ran out may take to show life after all: on a busy machine its
-signs come late, and a run must not end for that. With qos.LEASE it stays below a second."""
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
+NODE_PARAMETERS = (
+    Parameter('autostart', bool, True, '', 'configure and activate without being told'),
+    Parameter('exit_when_done', bool, True, '', 'end the process after a run'),
+)
+"""Parameters of every node that are no part of the scenario."""
 
-class RigNode(LifecycleNode):
+OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+OF_SOME_NODE = {'scenario', 'run_id', 'folder', 'peers', 'bag', 'topics', 'pace', 'rate'}
+"""Parameters that a node takes no notice of: one file serves all nodes."""
+
+
+class RigNode(Endpoints):
     """A lifecycle node that declares its sections of the scenario and ends with an exit code.
 
     Subclasses fill in `open` (configure), `begin` (activate), `halt` (deactivate), `tick`.
@@ -55,24 +50,19 @@ class RigNode(LifecycleNode):
     tick_s = 0.05
 
     def __init__(self, context: Context | None = None) -> None:
-        super().__init__(
-            self.role, automatically_declare_parameters_from_overrides=True, context=context
-        )
+        super().__init__(self.role, context)
         self.busy = self.active = self.stopped = False
-        self.spec = parameters.declare(self, self.sections, self.own)
-        parameters.guard(self, self.spec, lambda: self.busy)
+        self.spec = self._declared()
+        self.add_on_set_parameters_callback(self._check)
         self.exit_code: int | None = None
         self.wake: Callable[[], None] = lambda: None
-        self.matched: dict[str, int] = {}
-        self._outlets: dict[str, Publisher[Message]] = {}
         self.gone: list[str] = []  # peers that died in a run, in the order of the news
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._diagnostics = self.publisher(wire.DIAGNOSTICS)  # outlives a cleanup
-        self.create_timer(1.0, self._diagnose, clock=self._steady)
-        self._lasting = self._held()
-        self._suspects: dict[str, tuple[float, Callable[[], None]]] = {}
         self._awaited, self._awaited_at = '', 0.0
         self._answered_at = -math.inf
+        self.publisher(wire.DIAGNOSTICS)
+        self.create_timer(1.0, self._diagnose, clock=self._steady)
+        self.keep_endpoints()
 
     # --- what a subclass fills in
 
@@ -154,34 +144,18 @@ class RigNode(LifecycleNode):
         return SUCCESS
 
     def _configure(self) -> None:
-        self.spec = parameters.current(self, self.spec)
+        self.reread()
         self.open()
         self.introduce()
         self.create_timer(self.tick_s, self._tick, clock=self._steady)
 
     def _clean_up(self) -> None:
         self.close()
-        for endpoint, destroy in self._held().items():
-            if endpoint not in self._lasting:
-                destroy(endpoint)
-        self.matched.clear()
-        self._outlets.clear()
-        self._suspects.clear()
-
-    def _held(self) -> dict[Message, Callback]:
-        return {
-            **dict.fromkeys(self.timers, self.destroy_timer),
-            **dict.fromkeys(self.subscriptions, self.destroy_subscription),
-            **dict.fromkeys(self.services, self.destroy_service),
-            **dict.fromkeys(self.publishers, self.destroy_publisher),
-        }
+        self.drop_endpoints()
 
     def _tick(self) -> None:
         self.answered()
-        for label, (until, lost) in list(self._suspects.items()):
-            if time.monotonic() > until:
-                del self._suspects[label]
-                self.attempt(lost)
+        self.report_lost()
         self.attempt(self.tick)
 
     def _guarded(self, work: Callable[[], None]) -> TransitionCallbackReturn:
@@ -228,100 +202,62 @@ class RigNode(LifecycleNode):
             self.exit_code = code
             self.wake()
 
-    def flush(self) -> None:
-        """Wait until everybody has all messages: what a destroyed publisher still holds is lost."""
-        until = time.monotonic() + FLUSH_S[self.exit_code == 0 and not self.stopped]
-        for publisher in self.publishers:
-            left_s = max(0.0, until - time.monotonic())
-            publisher.wait_for_all_acked(Duration(nanoseconds=int(left_s * 1e9)))
-
-    # --- endpoints
-
-    def publisher(self, topic: Topic, profile: QoSProfile | None = None) -> Publisher[Message]:
-        """A publisher of serialised messages on `topic`; counts its matches in `matched`."""
-        self._outlets[topic.name] = publisher = self.create_publisher(
-            message_class(topic.type),
-            topic.name,
-            profile or qos.reliable(topic),
-            event_callbacks=PublisherEventCallbacks(
-                matched=self._counter(f'a subscriber of {topic.name}'),
-                incompatible_qos=self._misfit(topic.name),
-            ),
-        )
-        return publisher
-
-    def publish(self, topic: Topic, *messages: bytes) -> None:
-        """Send serialised messages on `topic`, in their order; nobody hears of a topic that was not
-        opened yet."""
-        outlet = self._outlets.get(topic.name)
-        if outlet is not None:
-            send = outlet.publish
-            for message in messages:
-                send(message)
-
-    def subscribe(
-        self,
-        topic: Topic,
-        callback: Callback,
-        profile: QoSProfile | None = None,
-        lost: Callable[[], None] | None = None,
-        bare: bool = False,
-    ) -> None:
-        """Raw subscription on `topic`; `lost` is called when its last live publisher dies.
-
-        Its matches are counted in `matched`, unless `lost` is given. A `bare` callback is called as
-        it is, thousands of times a second, and must not raise.
-        """
-        label = f'a publisher of {topic.name}'
-
-        def liveliness(info: Message) -> None:
-            assert lost is not None
-            if info.alive_count == 0 and (info.alive_count_change or info.not_alive_count_change):
-                self._suspects[label] = (time.monotonic() + CONFIRM_S, lost)
-            elif info.alive_count:
-                self._suspects.pop(label, None)
-
-        def handler(message: Message) -> None:
-            self.attempt(lambda: callback(message))
-
-        self.create_subscription(
-            message_class(topic.type),
-            topic.name,
-            callback if bare else handler,  # type: ignore[arg-type]
-            profile or qos.reliable(topic),
-            raw=True,
-            event_callbacks=SubscriptionEventCallbacks(
-                # never both of one subscription: rmw_fastrtps takes a match with its own lock held
-                # and asks for the reader's, Fast DDS reports liveliness with the reader's held and
-                # asks for the other; where they meet, the process stands still for ever
-                matched=None if lost else self._counter(label),
-                liveliness=liveliness if lost else None,
-                incompatible_qos=self._misfit(topic.name),
-            ),
-        )
-
-    def unmatched(self, labels: Iterable[str]) -> list[str]:
-        """Those of "a subscriber of TOPIC" and "a publisher of TOPIC" of which there is none."""
-        return [label for label in labels if not self.matched.get(label)]
-
-    def _counter(self, label: str) -> Callable[[Message], None]:
-        def count(info: Message) -> None:
-            self.matched[label] = info.current_count
-
-        return count
-
-    def _misfit(self, topic: str) -> Callable[[Message], None]:
-        def complain(info: Message) -> None:
-            self.get_logger().error(qos.misfit(topic, info.last_policy_kind))
-
-        return complain
-
     def _diagnose(self) -> None:
         stamp = self.get_clock().now().nanoseconds
-        self._diagnostics.publish(wire.encode_diagnostics(stamp, self.status()))
+        self.publish(wire.DIAGNOSTICS, wire.encode_diagnostics(stamp, self.status()))
+
+    # --- parameters: names, bounds, units and texts of the one declaration
+
+    def _declared(self) -> RunSpec:
+        """Declare the scenario's `sections` and `own` parameters; returns their values.
+
+        Values of other sections are accepted and counted in, since the exciter weighs the payload
+        against the shaker's force; unknown names raise InputError.
+        """
+        table = (*scenario.PARAMETERS, *NODE_PARAMETERS, *self.own)
+        given = {}
+        for name, override in self.get_parameters_by_prefix('').items():
+            if not name.startswith(OF_ROS):
+                given[name] = override.value
+                self.undeclare_parameter(name)
+        names = {p.name for p in table}
+        unknown = [name for name in given if name not in names | OF_SOME_NODE]
+        if unknown:
+            raise InputError(unknown_parameter(unknown[0], [p.name for p in table]))
+        spec = RunSpec.of(table, {name: value for name, value in given.items() if name in names})
+        for p in table:
+            if p.section in self.sections or p in (*NODE_PARAMETERS, *self.own):
+                self.declare_parameter(p.name, spec.get(p.name), _descriptor(p))
+        return spec
+
+    def reread(self) -> None:
+        """Take over into `spec` what was changed since, by `ros2 param set`."""
+        changed = {}
+        for name in (p.name for p in self.spec.declared if self.has_parameter(p.name)):
+            value = self.get_parameter(name).value
+            if value is not None and value != self.spec.get(name):
+                changed[name] = value
+        self.spec = self.spec.override(changed)
+
+    def _check(self, parameters: list[Message]) -> SetParametersResult:
+        """Refuse what the declaration does not allow, and everything while a run is on."""
+        table = {parameter.name: parameter for parameter in self.spec.declared}
+        for name, value in ((p.name, p.value) for p in parameters if p.name in table):
+            if self.busy:
+                reason = f'{name} is fixed while a run is on; deactivate first'
+                return SetParametersResult(successful=False, reason=reason)
+            try:
+                table[name].convert(value)
+            except InputError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
 
-def message_class(name: str) -> Message:
-    """The generated class of 'package/msg/Type'."""
-    package, _, kind = name.split('/')
-    return getattr(importlib.import_module(f'{package}.msg'), kind)
+def _descriptor(parameter: Parameter) -> ParameterDescriptor:
+    unit = f' [{parameter.unit}]' if parameter.unit else ''
+    return ParameterDescriptor(
+        description=f'{parameter.text}{unit}',
+        additional_constraints=parameter.range_text,
+        # so that integers pass for reals and optional parameters may stay unset
+        dynamic_typing=True,
+    )

@@ -26,6 +26,9 @@ from qzs_rig.ros.node import RigNode
 
 LEAVE_S = {True: 15, False: 3}
 """Longest time from the end of the work to the end of the process, after a finished run or not."""
+FLUSH_S = {True: 5.0, False: 0.2}
+"""How long a node that ends, after a finished run or not, waits for its messages to arrive: a
+listener slower than a run in lockstep would miss the end of it."""
 PART_S = 0.3
 """How long a node that ends early waits for its peers to hear why, lest they take it for dead."""
 SLICE_S = 0.1
@@ -61,7 +64,7 @@ def run(build: Callable[[], RigNode], args: list[str] | None = None) -> int:
                 _part(node, executor)
             node.close()
             if rclpy.ok():
-                node.flush()
+                node.flush(FLUSH_S[finished])
             node.destroy_node()
         # the lifecycle machine keeps the node alive past destroy_node; unless it is collected
         # before the process ends, its peers see a ghost of this node for 20 s

@@ -30,7 +30,7 @@ class Recording:
         topics = (wire.BASE_MOTION, *imus, wire.RUN)
         self.folder = folder
         self._base, self._top = base_topic, top_topic
-        self._writer = BagWriter(folder, [TopicSpec(*topic) for topic in topics])
+        self._writer = BagWriter(folder, [TopicSpec(*topic[:4]) for topic in topics])
 
     def sheet(self, stamp_ns: int, sheet: RunSheet) -> None:
         """Keep the run sheet."""

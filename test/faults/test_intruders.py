@@ -183,6 +183,25 @@ def test_platform_that_lives_but_does_nothing(lab):
     assert len(ears.got['base/motion']) * 40 <= IN_FLIGHT
 
 
+@pytest.mark.parametrize(
+    ('message', 'complaint'),
+    [
+        (wire.encode_status(wire.Status('thief', 0, '', {'spec': '{'})), 'thief/status is none of'),
+        (b'\0\1\0\0\1\0\0\0', 'a message of 8 bytes is no diagnostic_msgs/msg/DiagnosticStatus'),
+    ],
+    ids=['of another program', 'torn'],
+)
+def test_a_stranger_on_a_status_is_named_and_ignored(lab, message, complaint):
+    ears = lab.ears(publishers=(wire.PLATFORM_STATUS,))
+    exciter = lab.node('exciter')
+    exciter.says('waiting for')
+    ears.known_to('exciter')
+    ears.publish['platform/status'].publish(message)
+    exciter.says(f'platform/status: {complaint}')
+    others = lab.node('platform'), lab.node('analyzer', folder=str(lab.folder / 'out'))
+    assert [node.code() for node in (exciter, *others)] == [0, 0, 0]
+
+
 def test_large_chunks_still_move(lab):
     """run.chunk may be larger than what is let into flight at once."""
     nodes = lab.rig(SHORT | {'run.chunk': 1000})

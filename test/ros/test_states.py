@@ -81,6 +81,8 @@ def test_a_node_after_the_recipe(lab):
     node = Thermometer(context=context)
     try:
         executor.add_node(node)
+        with pytest.raises(RuntimeError, match='room/celsius was not opened'):
+            node.publish(TEMPERATURE, wire.encode_float(20.0))
         node.start()
         for _ in range(400):
             executor.spin_once(timeout_sec=0.05)
