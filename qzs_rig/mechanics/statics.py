@@ -177,7 +177,8 @@ def _stiffness(law: RestoringLaw, design: Design, dof: str, x: Array) -> Array:
 
 
 def _first_above(function: Callable[[Array], Array], side: float, end: float) -> float | None:
-    """First x from 0 towards `side` where `function` exceeds 0: a grid, then bisection."""
+    """First x from 0 towards `side` where `function` exceeds 0: a grid, then bisection to the last
+    bit. Every report asks for it, and scipy.optimize takes longer to import than all it checks."""
     grid = np.append(np.arange(0.0, end, GRID), end)
     above = np.flatnonzero(function(side * grid) > 0.0)
     if not above.size:

@@ -186,7 +186,9 @@ def _roots(p: Array, D: Array, q: Array) -> Array:
 
 def _between(under: Array, over: Array, p: Array, D: Array, q: Array) -> Array:
     """Root between `under`, where the balance is too small, and `over`, where it is too large:
-    Newton steps, and a halving wherever one would leave the bracket (at a fold the slope is 0)."""
+    Newton steps, and a halving wherever one would leave the bracket (at a fold the slope is 0). All
+    at once, and a small root as exact as a large one: numpy.roots solves one polynomial at a time,
+    to the rounding of its largest root."""
     guess = np.where(q > 0, 0.5 * (under + over), 0.0)
     for _ in range(200):
         excess = _balance(guess, p, D) - q

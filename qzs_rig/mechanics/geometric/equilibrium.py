@@ -29,7 +29,9 @@ def equilibrium(geometry: Geometry, start: Array | None = None) -> Equilibrium:
 
     Starts at the working point. A direction of negative curvature is taken as positive, so it
     runs downhill, not to a summit; a symmetric start stays symmetric, and may rest on a saddle
-    (see Modes.stable). Raises InputError where there is none within L20 and 1 rad.
+    (see Modes.stable). scipy's trust regions judge a step by the energy alone, whose rounding ends
+    them at a residual a thousand times as large. Raises InputError where there is none within L20
+    and 1 rad.
     """
     pose = np.zeros(6) if start is None else np.array(start, dtype=float)
     lengths = np.array([geometry.L20, geometry.L20, 1.0, 1.0, geometry.L20, 1.0])

@@ -1,4 +1,8 @@
-"""Attitudes: yaw about z, then pitch about the turned y, then roll about the plate's x."""
+"""Attitudes: yaw about z, then pitch about the turned y, then roll about the plate's x.
+
+Not scipy's Rotation: it takes no complex angles, gives no accelerations of angles, and a platform
+would start later by the time its package takes to import.
+"""
 
 from __future__ import annotations
 

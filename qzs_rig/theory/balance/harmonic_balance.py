@@ -229,7 +229,8 @@ def steady(
     tolerance: float = 1e-12,
     iterations: int = 20,
 ) -> Steady:
-    """Newton from `start` (n, 2H + 1) at fixed frequencies `omega` (n,), all at once.
+    """Newton from `start` (n, 2H + 1) at fixed frequencies `omega` (n,), all at once, where
+    scipy.optimize.root takes one after the other.
 
     A motion that does not converge, or leaves the law's domain, keeps its last iterate and says so.
     """

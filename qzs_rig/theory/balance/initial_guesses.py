@@ -56,6 +56,7 @@ def describing(oscillator: Oscillator) -> Describing:
     level, place = np.nonzero(rising[:, :-1] != rising[:, 1:])
     W, low, high = levels[level], grid[level, place], grid[level, place + 1]
     goal = rising[level, place + 1]
+    # all at once: scipy's root finders for arrays (optimize.elementwise) came with 1.15
     for _ in range(45):
         m = 0.5 * (low + high)
         above = (force(W, m).mean(axis=-1) >= 0) == goal
