@@ -17,7 +17,7 @@ from importlib.util import find_spec
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe, strobe_within

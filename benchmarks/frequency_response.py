@@ -22,25 +22,21 @@ from collections.abc import Callable
 import numpy as np
 
 from qzs_rig import scenario
-from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.mechanics.restoring.polynomial import polynomial
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, RestoringLaw
 from qzs_rig.theory.balance.response import Branch, frequency_response, least_branch
 from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.units import DOFS
 
 LOW, HIGH = 0.5, 2.0
 DAMPING, CUBIC, DRIVE = 0.05, 0.1, 0.18
 
 
-def _spring(design: object, w: float) -> float:
-    return w + CUBIC * w * w * w
-
-
-DUFFING = polynomial(
+DUFFING = RestoringLaw(
     'duffing',
     'Krack and Gross 2019, NLvib example 01',
-    (_spring, _spring, _spring, _spring),
     lambda design: ((1.0, 0.0, CUBIC),) * 4,
     weighted=False,
+    odd=DOFS,
 )
 EXAMPLE = Oscillator(DUFFING, 'vertical', PAPER_DESIGN, DAMPING / 2, DRIVE, falloff=2)
 

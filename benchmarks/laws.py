@@ -12,8 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.mechanics.restoring import RESTORING, bulk
+from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 
 POINTS = 1_000_000
 
@@ -30,12 +30,10 @@ def rate(work: Callable[[], object], repeats: int = 15) -> float:
 
 def main() -> None:
     w = np.random.default_rng(0).uniform(-0.9, 0.9, (POINTS // 4, 4))
-    if bulk.kernel() is None:
-        print("numba cannot be imported: both columns are numpy's")
     rates = {
         law.name: (
             rate(lambda law=law: law.force(PAPER_DESIGN, w)),
-            rate(lambda law=law: bulk.in_numpy(law.around, PAPER_DESIGN, w)),
+            rate(lambda law=law: [law.along(n)(PAPER_DESIGN, w[:, n]) for n in range(4)]),
         )
         for law in RESTORING.values()
     }

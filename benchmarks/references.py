@@ -7,11 +7,11 @@ import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.mechanics.restoring.polynomial import polynomial
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, RestoringLaw
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import single_term
+from qzs_rig.units import DOFS
 
 
 class Row(NamedTuple):
@@ -25,12 +25,8 @@ class Row(NamedTuple):
 
 def duffing() -> Iterator[Row]:
     """x'' + 0.05 x' + x + 0.1 x³ = 0.18 cos Ωt, NLvib example 01 (Krack and Gross 2019)."""
-
-    def force(design: tuple[float, ...], w: float) -> float:
-        return (1.0 + 0.1 * w * w) * w
-
-    law = polynomial(
-        'duffing', 'NLvib', (force,) * 4, lambda _: ((1.0, 0.0, 0.1),) * 4, weighted=False
+    law = RestoringLaw(
+        'duffing', 'NLvib', lambda _: ((1.0, 0.0, 0.1),) * 4, weighted=False, odd=DOFS
     )
     own = Oscillator(law, 'vertical', PAPER_DESIGN, 0.025, 0.18, falloff=2)
     yield from folds(own, 'Duffing', (0.5, 1.6), (1.2696019555, 1.1157002518), 5e-8)

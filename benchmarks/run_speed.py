@@ -60,7 +60,7 @@ def _peer(spec: RunSpec) -> float:
     motion = CubicHermiteSpline(t, base[:, 0], base[:, 4])
     speed = motion.derivative()
     c, s = (x[0] / platform.mass[0] for x in (platform.damping, platform.stiffness))
-    length, formula = platform.length[0], platform.law.bind(np.sqrt)[0]
+    length, formula = platform.length[0], platform.law.along(0)
 
     def rate(now: float, state: np.ndarray) -> list[float]:
         u, du = state

@@ -86,6 +86,18 @@ class Parameter:
         return f'a {self.kind.__name__}{unit}, {self.range_text}'
 
 
+def positive(
+    name: str,
+    default: float | None,
+    unit: str,
+    text: str,
+    maximum: float = math.inf,
+    replaces: tuple[str, ...] = (),
+) -> Parameter:
+    """A real number above 0."""
+    return Parameter(name, float, default, unit, text, 0.0, maximum, above=True, replaces=replaces)
+
+
 @dataclass(frozen=True)
 class RunSpec(Mapping[str, Value]):
     """Every parameter of a run, complete and checked; `spec['platform.k1']` reads one.

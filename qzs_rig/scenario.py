@@ -53,15 +53,18 @@ RUN_PARAMETERS = (
     ),
 )
 
-PARAMETERS: tuple[Parameter, ...] = (
-    *RUN_PARAMETERS,
-    *excitation.PARAMETERS,
-    *shaker.PARAMETERS,
-    *platform.PARAMETERS,
-    *sensing.PARAMETERS,
-    *estimation.PARAMETERS,
-)
-"""The whole declaration: YAML, ROS parameters, CLI help and docs read it."""
+
+def parameters() -> tuple[Parameter, ...]:
+    """The whole declaration: YAML, ROS parameters, CLI help and docs read it."""
+    return (
+        *RUN_PARAMETERS,
+        *excitation.PARAMETERS,
+        *shaker.PARAMETERS,
+        *platform.parameters(),
+        *sensing.PARAMETERS,
+        *estimation.PARAMETERS,
+    )
+
 
 DEFAULT = 'vertical_sweep'
 
@@ -73,13 +76,13 @@ def step_ns_of(spec: RunSpec) -> int:
 
 def load(scenario: str, assignments: Iterable[str] = ()) -> RunSpec:
     """The RunSpec of a scenario, by name in `config/` or by path, with `--set` words on top."""
-    spec = RunSpec.of(PARAMETERS, read_yaml(find(scenario)))
+    spec = RunSpec.of(parameters(), read_yaml(find(scenario)))
     return spec.override(assigned(assignments))
 
 
 def of(given: Mapping[str, Any]) -> RunSpec:
     """A RunSpec of the defaults with `given` values on top."""
-    return RunSpec.of(PARAMETERS, given)
+    return RunSpec.of(parameters(), given)
 
 
 def complete(values: Mapping[str, Any]) -> RunSpec:

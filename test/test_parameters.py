@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
 from qzs_rig.parameters import Parameter, RunSpec, parse_assignment, read_yaml
-from qzs_rig.scenario import PARAMETERS
 
-NAMES = [parameter.name for parameter in PARAMETERS]
-every_parameter = pytest.mark.parametrize('parameter', PARAMETERS, ids=NAMES)
+NAMES = [parameter.name for parameter in scenario.parameters()]
+every_parameter = pytest.mark.parametrize('parameter', scenario.parameters(), ids=NAMES)
 RATE = Parameter('run.rate', float, 500.0, 'Hz', 'samples a second', 1.0, 1e5)
 BITS = Parameter('sensor.bits', int, 16, '', 'resolution', 4, 32)
 DEPTH = Parameter('run.depth', float, None, 'm', 'depth', 0.0, above=True)
@@ -200,7 +199,11 @@ def test_typed_reading():
 
 @pytest.mark.parametrize(
     ('one', 'other'),
-    [(parameter.name, other) for parameter in PARAMETERS for other in parameter.replaces],
+    [
+        (parameter.name, other)
+        for parameter in scenario.parameters()
+        for other in parameter.replaces
+    ],
 )
 def test_synonyms_exclude_each_other_and_the_later_layer_wins(one, other):
     values = {one: 0.5, other: 0.25}
@@ -310,7 +313,7 @@ def a_value(parameter):
     )
 
 
-ONE_WORD = [p for p in PARAMETERS if not p.replaces]
+ONE_WORD = [p for p in scenario.parameters() if not p.replaces]
 """Without synonyms, so that any set of them may stand together."""
 
 
@@ -320,7 +323,7 @@ def test_a_spec_survives_its_yaml(tmp_path_factory, given_values):
     spec = scenario.of(given_values)
     path = tmp_path_factory.mktemp('yaml') / 'spec.yaml'
     path.write_text(spec.to_yaml(), encoding='utf-8')
-    again = RunSpec.of(PARAMETERS, read_yaml(path))
+    again = RunSpec.of(scenario.parameters(), read_yaml(path))
     assert dict(again) == dict(spec)
     # rcl takes no empty map: a spec of defaults writes one of them out
     assert dict(again.given) == (dict(spec.given) or {'run.rate': 500.0})

@@ -23,7 +23,7 @@ def test_every_scenario_loads_builds_and_survives_its_yaml(name, tmp_path):
         assert name == 'paper_test'
     path = tmp_path / 'again.yaml'
     path.write_text(spec.to_yaml(), encoding='utf-8')
-    assert RunSpec.of(scenario.PARAMETERS, read_yaml(path)) == spec
+    assert RunSpec.of(scenario.parameters(), read_yaml(path)) == spec
     assert scenario.load(str(path)) == spec
 
 

@@ -129,7 +129,7 @@ def of(document: Any, assignments: Mapping[str, Any] = {}) -> Plan:
     if 'task' not in head:
         raise InputError(f'campaign: task is missing; give one of {", ".join(TASKS)}')
     task = TASKS[head.text('task')]
-    declared = (*scenario.PARAMETERS, *task.inputs)
+    declared = (*scenario.parameters(), *task.inputs)
     sample = _sample(head, declared, vary)
     settings = checked(f'options of {task.name}', task.options, options)
     plan = Plan(

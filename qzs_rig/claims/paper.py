@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.report.table import Table
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.units import TRANSLATIONS

@@ -23,8 +23,8 @@ from qzs_rig.claims.paper import (
     paper_oscillator,
 )
 from qzs_rig.estimation.estimate import Estimate
-from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, Design
 from qzs_rig.parameters import RunSpec
 from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response

@@ -8,6 +8,7 @@ from typing import Any
 from qzs_rig.cli import options as shared
 from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
 from qzs_rig.mechanics.geometric.modes import Modes, modes
+from qzs_rig.mechanics.restoring.geometric import GEOMETRIC
 from qzs_rig.samples import Array
 
 SHORT = ('z', 'x', 'yaw', 'pitch', 'y', 'roll')
@@ -30,7 +31,9 @@ def add_to(verbs: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Solve and print."""
-    geometry = Geometry.from_spec(shared.spec_of(options).override({'platform.law': 'geometric'}))
+    geometry = Geometry.from_spec(
+        shared.spec_of(options).override({'platform.law': GEOMETRIC.name})
+    )
     found = modes(geometry)
     shared.show(options, to_document(geometry, found), to_text(geometry, found))
     return 0 if found.stable else 1

@@ -33,7 +33,7 @@ def execute(options: argparse.Namespace) -> int:
                 'range': p.range_text,
                 'text': p.text,
             }
-            for p in scenario.PARAMETERS
+            for p in scenario.parameters()
         ]
         lines = [
             f'{row["name"]} = {"unset" if row["default"] is None else row["default"]}'

@@ -58,8 +58,7 @@ def execute(options: argparse.Namespace) -> int:
     """Compute, draw, print."""
     spec = oscillating.spec_of(options)
     law = spec.text('platform.law')
-    if law == 'geometric':
-        refuse_coupled_words(spec)
+    refuse_coupled_words(spec)
     for text in Platform.from_spec(spec).cautions((False,) * len(DOFS)):
         print(f'caution: {text}', file=sys.stderr)
     dof = _known(options.dof, DOFS, 'degree of freedom') if options.dof else None
@@ -104,7 +103,7 @@ def _points(options: argparse.Namespace, spec: RunSpec, law: str, dof: str | Non
 def _written(folder: Path, found: datasheet.Summary, tables: list[Table]) -> list[Path]:
     sheets = statics_figures.sheets(found)
     title = f'Statics: law {found.law.name}'
-    facts = [(name, f'{value:.6g}') for name, value in found.design._asdict().items()]
+    facts = [(name, f'{value:.6g}') for name, value in found.design.named.items()]
     parts: list[Part] = [
         header(title, [('law', found.law.source), *facts]),
         *tables,

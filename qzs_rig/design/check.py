@@ -11,8 +11,8 @@ from typing import NamedTuple
 from qzs_rig.design.proposal import REACH, Proposal
 from qzs_rig.design.vertical_motion import Motion, Response
 from qzs_rig.mechanics import spring_selection as selection
-from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.platform import Platform
+from qzs_rig.mechanics.restoring.law import Design
 from qzs_rig.mechanics.spring_selection import Checked, CheckedLeaf, Wanted
 from qzs_rig.mechanics.statics import Conditions, conditions, saturated_load, suspension_for
 from qzs_rig.parameters import RunSpec
@@ -141,7 +141,7 @@ class Case:
     @property
     def carries(self) -> float:
         """Mass (kg) that rests at the working point: b k1 L20 = k3 L1 (8)."""
-        return self.design.b * self.k1 * self.L20 / GRAVITY
+        return float(self.design.b * self.k1 * self.L20 / GRAVITY)
 
     @property
     def saturation(self) -> float:
@@ -178,7 +178,7 @@ def stiff(case: Case) -> str | None:
 
 
 def _misses_16(case: Case, what: str) -> str:
-    A, k3, _, _, a, _ = case.design
+    A, k3, _, _, a, _ = case.design.ratios
     K = case.conditions.vertical
     return (
         f'vertical stiffness at the working point is {K:.4g} k1, {what}; (16) wants '
@@ -188,7 +188,7 @@ def _misses_16(case: Case, what: str) -> str:
 
 def tipping(case: Case) -> str | None:
     """(19): k3_hat below A L0_hat."""
-    A, k3, _, L0, _, _ = case.design
+    A, k3, _, L0, _, _ = case.design.ratios
     stiffness = case.conditions.horizontal_rotation
     if stiffness < -ZERO:
         return (

@@ -17,8 +17,8 @@ import numpy as np
 from qzs_rig import scenario
 from qzs_rig.design.vertical_motion import Motion
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import Design
 from qzs_rig.mechanics.statics import suspension_for
 from qzs_rig.parameters import RunSpec
 from qzs_rig.units import GRAVITY, QUANTITIES
@@ -133,7 +133,7 @@ def propose(wish: Wish) -> Proposal:
 def ratios(k3: float) -> Design:
     """A by (16), L0_hat by (19) with TIP_MARGIN."""
     L1, A = math.sqrt(1.0 - HALF_SPAN**2), suspension_for(k3, HALF_SPAN)
-    return Design(A, k3, L1, TIP_MARGIN * k3 / A, HALF_SPAN, k3 * L1)
+    return Design((A, k3, L1, TIP_MARGIN * k3 / A, HALF_SPAN, k3 * L1))
 
 
 def motion(wish: Wish, design: Design, L20: float) -> Motion:
@@ -155,7 +155,7 @@ def _for_onset(wish: Wish, design: Design) -> float:
     if wish.held == 'acceleration':
         omega = motion(wish, design, 1.0).omega_onset
         assert omega is not None
-        return GRAVITY * omega**2 / (design.b * wanted**2)
+        return float(GRAVITY * omega**2 / (design.b * wanted**2))
     critical = motion(wish, design, 1.0).critical_hat
     assert critical is not None
 

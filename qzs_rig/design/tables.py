@@ -85,7 +85,7 @@ def static_figures(case: Case) -> dict[str, Any]:
     """At rest: stiffness at 0, the soft range (m), margin against tipping; None where none."""
     law = RESTORING['corrected']
     soft = statics.soft_range(law, case.design, 'vertical', QUASI_ZERO)
-    A, k3, _, L0, _, _ = case.design
+    A, k3, _, L0, _, _ = case.design.ratios
     stiffness = [c1 for c1, _ in law.cubic(case.design)]
     return {
         'stiffness': dict(zip(DOFS, stiffness, strict=True)),
@@ -106,7 +106,7 @@ def document(case: Case, p: Proposal | None = None) -> dict[str, Any]:
         body['proposal'] = {name: getattr(p, name) for name in UNITS}
         body['why'] = p.why
     return body | {
-        'design': case.design._asdict(),
+        'design': case.design.named,
         'static': static_figures(case),
         'dynamic': answer._asdict() if answer else None,
         'springs': [order._asdict() for order in case.orders],

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.platform import COUPLED_ONLY, Platform
+from qzs_rig.mechanics.platform import Platform
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.parameters import Parameter, RunSpec, unknown_parameter
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS
@@ -101,7 +102,7 @@ def unknowns(spec: RunSpec, names: Sequence[str], dofs: Sequence[str]) -> Unknow
 
 
 def _fittable(parameter: Parameter) -> bool:
-    coupled = parameter.name in COUPLED_ONLY
+    coupled = any(parameter in law.couples for law in RESTORING.values())
     return parameter.section == 'platform' and parameter.kind is float and not coupled
 
 
@@ -122,7 +123,7 @@ def _unknown(parameter: Parameter, spec: RunSpec, platform: Platform, dof: str) 
 def _implied(name: str, platform: Platform, dof: int) -> float:
     """What an unset parameter amounts to."""
     design = platform.design
-    known = {
+    known: dict[str, float] = {
         'platform.zeta': platform.zeta[dof],
         'platform.A': design.A,
         'platform.k3_hat': design.k3,

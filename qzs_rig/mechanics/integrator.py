@@ -10,8 +10,8 @@ import numpy as np
 
 from qzs_rig.mechanics.compiling import kept
 from qzs_rig.mechanics.platform import Platform
-from qzs_rig.mechanics.restoring import RESTORING, bulk
-from qzs_rig.mechanics.restoring.roots import rsqrt
+from qzs_rig.mechanics.restoring import law as restoring
+from qzs_rig.mechanics.restoring.law import rsqrt
 from qzs_rig.mechanics.stepping import Nodes, Stepper, by_kernel
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS
@@ -29,10 +29,12 @@ class Integrator(Stepper):
     def __init__(self, platform: Platform, step: float, substeps: int, kernel: str) -> None:
         super().__init__(step, substeps)
         self._platform = platform
-        fast = by_kernel(kernel, lambda: compiled(platform.law.name))
-        own: tuple[Any, Any] = fast or (march, platform.law.around(rsqrt))
-        self._march, self._formulas = own
+        law, dofs = platform.law, range(len(DOFS))
+        fast = by_kernel(kernel, lambda: (compiled(law.count), restoring.compiled(law)))
+        own: tuple[Any, Any] = fast or (march, [law.compilable(dof, rsqrt) for dof in dofs])
+        self._march, self._forces = own
         self._lists = fast is None
+        self._numbers = [law.numbers(platform.design, dof) for dof in dofs]
         self._scale = np.array(platform.length)
         # u, u' and u'' of each degree of freedom over length
         self._state: list[tuple[float, float, float]] = []
@@ -40,12 +42,12 @@ class Integrator(Stepper):
     def _begin(self, base: Array) -> Array:
         platform = self._platform
         base = base / np.tile(self._scale, 2)
-        for dof, (formula, load, w) in enumerate(
-            zip(self._formulas, platform.load, platform.rest, strict=True)
+        for dof, (force, load, w) in enumerate(
+            zip(self._forces, platform.load, platform.rest, strict=True)
         ):
             rate = platform.stiffness[dof] / platform.mass[dof]
             # the top rides on the base; a law that does not balance there starts to slide at once
-            ddu = -rate * (float(formula(tuple(platform.design), w)) - load)
+            ddu = -rate * (float(force(self._numbers[dof], w)) - load)
             self._state.append((float(base[dof]) + w, float(base[4 + dof]), ddu))
         top = np.array([value[order] for order in range(3) for value in self._state])
         return np.asarray(top * np.tile(self._scale, 3))
@@ -74,8 +76,8 @@ class Integrator(Stepper):
         platform = self._platform
         try:
             good = self._march(
-                self._formulas[dof],
-                tuple(platform.design),
+                self._forces[dof],
+                self._numbers[dof],
                 platform.damping[dof] / platform.mass[dof],
                 platform.stiffness[dof] / platform.mass[dof],
                 platform.load[dof],
@@ -102,7 +104,7 @@ class Integrator(Stepper):
 
 def march(
     force: Any,
-    design: Any,
+    numbers: Any,
     damping: float,
     stiffness: float,
     load: float,
@@ -116,7 +118,8 @@ def march(
     du: Any,
     ddu: Any,
 ) -> int:
-    """Integrate u'' = -damping (u' - v') - stiffness (force(u - v) - load) in steps of h.
+    """Integrate u'' = -damping (u' - v') - stiffness (force(numbers, u - v) - load)
+    in steps of h.
 
     `state` is (u, u', u'') at v[0]; base position and velocity stand at the n + 1 step ends
     (v, dv) and the n midpoints (v_mid, dv_mid). Fills u, du, ddu (n) at the step ends. Returns
@@ -127,15 +130,15 @@ def march(
     for j in range(len(v_mid)):
         vm, dvm = v_mid[j], dv_mid[j]
         y2 = y + half * k1
-        k2 = -damping * (y2 - dvm) - stiffness * (force(design, x + half * y - vm) - load)
+        k2 = -damping * (y2 - dvm) - stiffness * (force(numbers, x + half * y - vm) - load)
         y3 = y + half * k2
-        k3 = -damping * (y3 - dvm) - stiffness * (force(design, x + half * y2 - vm) - load)
+        k3 = -damping * (y3 - dvm) - stiffness * (force(numbers, x + half * y2 - vm) - load)
         y4 = y + h * k3
         end, dend = v[j + 1], dv[j + 1]
-        k4 = -damping * (y4 - dend) - stiffness * (force(design, x + h * y3 - end) - load)
+        k4 = -damping * (y4 - dend) - stiffness * (force(numbers, x + h * y3 - end) - load)
         x = x + h * (y + sixth * (k1 + k2 + k3))
         y = y + sixth * (k1 + 2.0 * (k2 + k3) + k4)
-        k1 = -damping * (y - dend) - stiffness * (force(design, x - end) - load)
+        k1 = -damping * (y - dend) - stiffness * (force(numbers, x - end) - load)
         # also false for NaN
         if not abs(k1) < 1e300:
             return j
@@ -144,10 +147,10 @@ def march(
 
 
 @cache
-def compiled(law: str) -> tuple[Any, tuple[Any, ...]]:
-    """`march` and the four formulas of a law compiled by numba, the same bits (no fast-math).
+def compiled(count: int) -> Any:
+    """`march` compiled by numba for forces of `count` numbers, the same bits (no fast-math).
 
-    Formulas are passed as typed function pointers, so one compiled `march`, cached on disk,
+    Forces are passed as typed function pointers, so one compiled `march`, cached on disk,
     serves every law. Raises ImportError where numba cannot be imported.
     """
     from numba import float64, int64, types
@@ -155,12 +158,7 @@ def compiled(law: str) -> tuple[Any, tuple[Any, ...]]:
     real, line = float64, float64[::1]
     # numba's own types carry no annotations
     pack: Any = types.UniTuple
-    signature = int64(
-        types.FunctionType(bulk.formula_type()),
-        pack(real, 6),
-        *(real,) * 4,
-        pack(real, 3),
-        *(line,) * 7,
-    )
-    fast = kept(signature)(march)
-    return fast, bulk.compiled(RESTORING[law].around)
+    force = types.FunctionType(restoring.formula_type(count))
+    lines = (line,) * 7
+    signature = int64(force, pack(real, count), *(real,) * 4, pack(real, 3), *lines)
+    return kept(signature)(march)

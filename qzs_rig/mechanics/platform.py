@@ -10,42 +10,56 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import Design, root
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.mechanics.restoring.law import Cubic, RestoringLaw
+from qzs_rig.mechanics.restoring.law import Design, RestoringLaw, root
 from qzs_rig.mechanics.statics import equilibrium
-from qzs_rig.parameters import Parameter, RunSpec
-from qzs_rig.units import DOFS, GRAVITY
+from qzs_rig.parameters import Parameter, RunSpec, positive
+from qzs_rig.units import DOFS, GRAVITY, ROTATIONS, TRANSLATIONS
 
 
-def _positive(name: str, default: float | None, unit: str, text: str) -> Parameter:
-    return Parameter(f'platform.{name}', float, default, unit, text, 0.0, above=True)
+def parameters() -> tuple[Parameter, ...]:
+    """What describes a platform: its springs, payload and damping, what the laws of RESTORING ask
+    for, and how it is stepped."""
+    laws = RESTORING.values()
+    return (
+        Parameter(
+            'platform.law',
+            str,
+            'corrected',
+            '',
+            'restoring law of the springs',
+            choices=tuple(RESTORING),
+        ),
+        *_SPRINGS,
+        # two laws may share a parameter
+        *dict.fromkeys(parameter for law in laws for parameter in law.parameters),
+        *dict.fromkeys(parameter for law in laws for parameter in law.couples),
+        Parameter('platform.substeps', int, 1, '', 'integration steps a sample', 1, 1000),
+        Parameter(
+            'platform.kernel',
+            str,
+            'auto',
+            '',
+            'who steps: the interpreter, numba (the same bits, faster once loaded), or what starts '
+            'and runs sooner',
+            choices=('auto', 'python', 'numba'),
+        ),
+    )
 
 
-UNEVEN = ('closed_form', 'taylor', 'printed')
-"""Laws with the even horizontal term of erratum E4."""
-
-PARAMETERS = (
-    Parameter(
-        'platform.law',
-        str,
-        'corrected',
-        '',
-        'restoring law of the springs',
-        choices=tuple(RESTORING),
-    ),
-    _positive('k1', 20000.0, 'N/m', 'central spring (Table 1)'),
+_SPRINGS = (
+    positive('platform.k1', 20000.0, 'N/m', 'central spring (Table 1)'),
     Parameter('platform.k2', float, 22000.0, 'N/m', 'suspension springs (Table 1)', 0.0),
     Parameter('platform.k3', float, 2000.0, 'N/m', 'leaf springs (Table 1)', 0.0),
-    _positive(
-        'L1',
+    positive(
+        'platform.L1',
         0.6 * math.sqrt(3.0) / 2.0,
         'm',
         'stretch of the central spring; Table 1 prints 0.52, which is sqrt(3)/2 L20 rounded',
     ),
-    _positive('L20', 0.6, 'm', 'suspension spring (Table 1)'),
-    _positive('L0', 0.06, 'm', 'radius of the top plate (Table 1)'),
-    _positive('m', 50.0, 'kg', 'payload (Table 1), balanced at the working point'),
+    positive('platform.L20', 0.6, 'm', 'suspension spring (Table 1)'),
+    positive('platform.L0', 0.06, 'm', 'radius of the top plate (Table 1)'),
+    positive('platform.m', 50.0, 'kg', 'payload (Table 1), balanced at the working point'),
     Parameter(
         'platform.payload_trim',
         float,
@@ -54,20 +68,26 @@ PARAMETERS = (
         'payload put on top of m without rebalancing (negative: taken off): it moves with the '
         'plate, and its weight shifts the rest position off the working point',
     ),
-    _positive('I_vm', None, 'kg m²', 'inertia about the vertical axis; unset: a disc, m L0²/2'),
-    _positive('I_hm', None, 'kg m²', 'inertia about a horizontal axis; unset: a disc, m L0²/4'),
+    positive(
+        'platform.I_vm', None, 'kg m²', 'inertia about the vertical axis; unset: a disc, m L0²/2'
+    ),
+    positive(
+        'platform.I_hm', None, 'kg m²', 'inertia about a horizontal axis; unset: a disc, m L0²/4'
+    ),
+    *(
+        Parameter(f'platform.C.{dof}', float, 44.3, 'N s/m', 'damping (Table 1)', 0.0)
+        for dof in TRANSLATIONS
+    ),
     *(
         Parameter(
             f'platform.C.{dof}',
             float,
-            44.3 if number < 2 else None,
-            'N s/m' if number < 2 else 'N m s/rad',
-            'damping (Table 1)'
-            if number < 2
-            else 'damping; unset: the damping ratio of the vertical (erratum E19)',
+            None,
+            'N m s/rad',
+            'damping; unset: the damping ratio of the vertical (erratum E19)',
             0.0,
         )
-        for number, dof in enumerate(DOFS)
+        for dof in ROTATIONS
     ),
     Parameter(
         'platform.A', float, None, '', 'k2/k1, instead of k2', 0.0, replaces=('platform.k2',)
@@ -75,27 +95,8 @@ PARAMETERS = (
     Parameter(
         'platform.k3_hat', float, None, '', 'k3/k1, instead of k3', 0.0, replaces=('platform.k3',)
     ),
-    Parameter(
-        'platform.L1_hat',
-        float,
-        None,
-        '',
-        'L1/L20, instead of L1',
-        0.0,
-        1.0,
-        above=True,
-        replaces=('platform.L1',),
-    ),
-    Parameter(
-        'platform.L0_hat',
-        float,
-        None,
-        '',
-        'L0/L20, instead of L0',
-        0.0,
-        above=True,
-        replaces=('platform.L0',),
-    ),
+    positive('platform.L1_hat', None, '', 'L1/L20, instead of L1', 1.0, replaces=('platform.L1',)),
+    positive('platform.L0_hat', None, '', 'L0/L20, instead of L0', replaces=('platform.L0',)),
     Parameter(
         'platform.zeta',
         float,
@@ -112,43 +113,7 @@ PARAMETERS = (
         '',
         'law geometric only: all six degrees of freedom coupled, or the four each by itself',
     ),
-    Parameter(
-        'platform.L10',
-        float,
-        0.0,
-        'm',
-        'coupled only: natural length of the central spring, unstressed at the working point',
-        0.0,
-    ),
-    Parameter(
-        'platform.hinge',
-        float,
-        None,
-        'N m/rad',
-        'coupled only: rotational stiffness of all hinges; unset: twice what the suspension '
-        'springs turn the plate out with; 0: ideal ball joints, with which it falls over',
-        0.0,
-    ),
-    Parameter(
-        'platform.cm_height',
-        float,
-        0.0,
-        'm',
-        "coupled only: payload's centre of mass above the plate",
-    ),
-    Parameter('platform.substeps', int, 1, '', 'integration steps a sample', 1, 1000),
-    Parameter(
-        'platform.kernel',
-        str,
-        'auto',
-        '',
-        'who steps: the interpreter, numba (the same bits, faster once loaded), or what starts and '
-        'runs sooner',
-        choices=('auto', 'python', 'numba'),
-    ),
 )
-
-COUPLED_ONLY = ('platform.L10', 'platform.hinge', 'platform.cm_height')
 
 
 @dataclass(frozen=True)
@@ -179,7 +144,7 @@ class Platform:
         trim = spec.number('platform.payload_trim')
         m, L0 = spec.number('platform.m') + trim, design.L0 * L20
         law, load = RESTORING[spec.text('platform.law')], trim * GRAVITY / (k1 * L20)
-        if law.name == 'geometric' and not coupled(spec):
+        if not coupled(spec):
             refuse_coupled_words(spec)
         if np.ndim(load) == 0:
             equilibrium(law, design, load)  # refuses a weight that the springs cannot hold
@@ -209,7 +174,7 @@ class Platform:
         return equilibrium(self.law, self.design, self.load[0]), 0.0, 0.0, 0.0
 
     @property
-    def cubic(self) -> Cubic:
+    def cubic(self) -> tuple[tuple[float, float], ...]:
         """(c1, c3) of the law about the rest position of each degree of freedom."""
         return self.law.cubic(self.design, self.rest[0])
 
@@ -230,12 +195,12 @@ class Platform:
         said = []
         for dof, (c1, _), moves in zip(DOFS, self.cubic, driven, strict=True):
             # where the coupled plate tips, its own modes tell
-            if moves and c1 < 0.0 and self.law.name != 'linear' and not self.coupled:
+            if moves and c1 < 0.0 and not self.coupled:
                 said.append(
                     f'{dof} has negative stiffness ({c1:.4g}) where it rests and will tip '
                     'over to a side; k3_hat >= A L0_hat and condition (16) avoid it'
                 )
-        if self.law.name in UNEVEN and driven[DOFS.index('horizontal')]:
+        if driven[DOFS.index('horizontal')] and 'horizontal' not in self.law.odd:
             said.append(
                 f'{self.law.name} slides into a false well horizontally (erratum E4); '
                 'use platform.law corrected'
@@ -250,17 +215,18 @@ class Platform:
 
 def coupled(spec: RunSpec) -> bool:
     """Whether all six degrees of freedom move together."""
-    return spec.text('platform.law') == 'geometric' and spec.flag('platform.coupled')
+    law = RESTORING[spec.text('platform.law')]
+    return bool(law.couples) and spec.flag('platform.coupled')
 
 
 def refuse_coupled_words(spec: RunSpec) -> None:
     """InputError for what is given of the coupled platform where each motion is by itself."""
-    for name in COUPLED_ONLY:
-        if name in spec.given:
+    for parameter in RESTORING[spec.text('platform.law')].couples:
+        if parameter.name in spec.given:
             raise InputError(
-                f'{name}{_shown(spec.number(name))} has no meaning for single degrees of freedom; '
-                'leave it out, or take all six together: a run with platform.coupled, or qzs-rig '
-                'modes'
+                f'{parameter.name}{_shown(spec.number(parameter.name))} has no meaning for single '
+                'degrees of freedom; leave it out, or take all six together: a run with '
+                'platform.coupled, or qzs-rig modes'
             )
 
 
@@ -274,16 +240,18 @@ def refuse_coupled(spec: RunSpec) -> None:
 
 
 def platform_design(spec: RunSpec) -> Design:
-    """The ratios of a platform; raises InputError for one that cannot be built."""
+    """The design of a platform's law; raises InputError for one that cannot be built."""
     for where, why in unbuildable(spec):
         if np.any(where):
             raise InputError(why)
     k1, L20 = spec.number('platform.k1'), spec.number('platform.L20')
+    law = RESTORING[spec.text('platform.law')]
     return Design.of(
-        A=_ratio(spec, 'A', 'k2', k1),
-        k3=_ratio(spec, 'k3_hat', 'k3', k1),
-        L1=_ratio(spec, 'L1_hat', 'L1', L20),
-        L0=_ratio(spec, 'L0_hat', 'L0', L20),
+        _ratio(spec, 'A', 'k2', k1),
+        _ratio(spec, 'k3_hat', 'k3', k1),
+        _ratio(spec, 'L1_hat', 'L1', L20),
+        _ratio(spec, 'L0_hat', 'L0', L20),
+        *(spec.number(parameter.name) for parameter in law.parameters),
     )
 
 

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.restoring.law import Design, RestoringLaw
 from qzs_rig.samples import Array
 from qzs_rig.units import DOFS
 
@@ -69,7 +68,7 @@ def curve(law: RestoringLaw, design: Design, dof: str, x: Array) -> Curve:
 
 def conditions(design: Design) -> Conditions:
     """Eqs (16)-(19) for a design."""
-    A, k3, _, L0, a, _ = design
+    A, k3, _, L0, a, _ = design.ratios
     smallest = a / (1.0 - a)
     return Conditions(1.0 + A - A / a + k3, k3 * L0, k3 - A * L0, smallest)
 
@@ -79,11 +78,11 @@ def suspension_for(k3: float, a: float) -> float:
     return (1.0 + k3) * a / (1.0 - a)
 
 
-def triples(L1: float) -> list[Design]:
-    """The designs of Figure 9: k3 = 0.1, 0.5, 1 with A by (16) and L0 = 0.1, 0.3, 0.5."""
-    a = math.sqrt(1.0 - L1 * L1)
+def triples(design: Design) -> list[Design]:
+    """The designs of Figure 9, all else as in `design`: k3 = 0.1, 0.5, 1 with A by (16) and
+    L0 = 0.1, 0.3, 0.5."""
     return [
-        Design.of(suspension_for(k3, a), k3, L1, L0)
+        design.replace(A=suspension_for(k3, design.a), k3=k3, L0=L0)
         for k3, L0 in ((0.1, 0.1), (0.5, 0.3), (1.0, 0.5))
     ]
 
@@ -118,7 +117,7 @@ def load_capacity(design: Design, x0: Any) -> Any:
 
 def saturated_load(design: Design) -> float:
     """Where (24) ends for large x0."""
-    return design.k3 * design.a
+    return float(design.k3 * design.a)
 
 
 def deviation(
@@ -169,11 +168,11 @@ def equilibrium(law: RestoringLaw, design: Design, load: float) -> float:
 
 
 def _force(law: RestoringLaw, design: Design, x: Array) -> Array:
-    return np.asarray(law.bind(np.sqrt)[0](design, x))
+    return np.asarray(law.along(0)(design, x))
 
 
 def _stiffness(law: RestoringLaw, design: Design, dof: str, x: Array) -> Array:
-    return np.broadcast_to(law.stiffnesses[DOFS.index(dof)](design, x), x.shape)
+    return np.broadcast_to(law.stiffness_along(DOFS.index(dof))(design, x), x.shape)
 
 
 def _first_above(function: Callable[[Array], Array], side: float, end: float) -> float | None:

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from qzs_rig.mechanics import statics
-from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.restoring.law import Design, RestoringLaw
 from qzs_rig.report.names import dof_name
 from qzs_rig.report.table import MISSING, Table, number
 from qzs_rig.units import DOFS, GRAVITY
@@ -77,7 +76,7 @@ def tables(found: Summary, dofs: Sequence[str] = DOFS) -> list[Table]:
 
 def _conditions(found: Summary) -> Table:
     design, c = found.design, found.conditions
-    A, k3, L1, L0, a, _ = design
+    A, k3, L1, L0, a, _ = design.ratios
     rows = (
         ('(16)', 'vertical stiffness 1 + A - A/a + k3', _signed(c.vertical), '0'),
         ('(16)', 'A for this k3 and a', f'{A:.6g}', f'{statics.suspension_for(k3, a):.6g}'),
@@ -134,7 +133,7 @@ def document(found: Summary) -> dict[str, Any]:
     return {
         'law': found.law.name,
         'units': 'nondimensional',
-        'design': design._asdict(),
+        'design': design.named,
         'conditions': c._asdict() | {'A_wanted': statics.suspension_for(design.k3, design.a)},
         'tolerance': found.tolerance,
         'dofs': {m.dof: _motion_document(m) for m in found.motions},

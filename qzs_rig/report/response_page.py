@@ -189,7 +189,7 @@ def _who(own: Oscillator, omega: tuple[float, float]) -> dict[str, Any]:
         'amplitude': own.amplitude,
         'falloff': own.falloff,
         'load': own.load,
-        'design': own.design._asdict(),
+        'design': own.design.named,
         'omega': list(omega),
     }
 

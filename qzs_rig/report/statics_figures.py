@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.mechanics import statics
-from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import Design
 from qzs_rig.report.datasheet import Summary
 from qzs_rig.report.names import dof_name
 from qzs_rig.report.sheet import PALE, Curve, Panel, Sheet, hue
@@ -52,7 +52,7 @@ def curves(found: Summary) -> tuple[tuple[str, ...], list[list[Any]]]:
 def designs(found: Summary) -> list[Design]:
     """The design itself, then the paper's triples that differ from it."""
     own = found.design
-    others = [d for d in statics.triples(own.L1) if not np.allclose(d, own, rtol=1e-9, atol=0)]
+    others = [d for d in statics.triples(own) if not np.allclose(d, own, rtol=1e-9, atol=0)]
     return [own, *others]
 
 
@@ -104,7 +104,7 @@ def _expansions(found: Summary) -> Sheet:
 
 
 def _initial_load(found: Summary) -> Sheet:
-    A, k3, L1, _, a, _ = found.design
+    A, k3, L1, _, a, _ = found.design.ratios
     x = np.linspace(-L1, 0.5, POINTS)
     length = np.sqrt(x * x + a * a)
     shares = (

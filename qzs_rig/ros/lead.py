@@ -210,7 +210,7 @@ class Lead(RigNode):
         """The run as the sheet tells it; where it does not know a section, as this node does."""
         recorded = self.run.sheet.spec
         told = {name.split('.', 1)[0] for name in recorded}
-        known = {p.name for p in scenario.PARAMETERS if p.section not in told}
+        known = {p.name for p in scenario.parameters() if p.section not in told}
         mine = {name: value for name, value in self.spec.items() if name in known}
         return scenario.complete({**mine, **recorded})
 

@@ -214,7 +214,7 @@ class RigNode(Endpoints):
         Values of other sections are accepted and counted in, since the exciter weighs the payload
         against the shaker's force; unknown names raise InputError.
         """
-        table = (*scenario.PARAMETERS, *NODE_PARAMETERS, *self.own)
+        table = (*scenario.parameters(), *NODE_PARAMETERS, *self.own)
         given = {}
         for name, override in self.get_parameters_by_prefix('').items():
             if not name.startswith(OF_ROS):

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import Design
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.restoring.law import Design, RestoringLaw
 from qzs_rig.mechanics.statics import equilibrium
 from qzs_rig.parameters import RunSpec
 from qzs_rig.units import DOFS, QUANTITIES
@@ -116,11 +115,11 @@ class Oscillator:
 
     def force(self, w: Any) -> Any:
         """F(w) - load at w of any shape, complex ones too."""
-        return self.law.bind(np.sqrt)[self.number](self.design, w) - self.load
+        return self.law.along(self.number)(self.design, w) - self.load
 
     def stiffness(self, w: Any) -> Any:
         """Slope of `force`."""
-        return self.law.stiffnesses[self.number](self.design, w)
+        return self.law.stiffness_along(self.number)(self.design, w)
 
     def drive(self, omega: Any) -> Any:
         """Amplitude of the right-hand side, Ĥ Ω^(2 - falloff)."""

@@ -15,7 +15,7 @@ from qzs_rig.campaign.axes import axis_of
 from qzs_rig.campaign.sampling import Grid, LatinHypercube, columns
 from qzs_rig.errors import InputError
 
-TABLE = {item.name: item for item in scenario.PARAMETERS}
+TABLE = {item.name: item for item in scenario.parameters()}
 
 
 def axis(name, given, grid=True):

@@ -16,8 +16,8 @@ from qzs_rig.campaign.runners import evaluate
 from qzs_rig.campaign.tasks import TASKS
 from qzs_rig.design.proposal import Wish, propose
 from qzs_rig.mechanics import statics
-from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.motion.batch import Batch
@@ -48,7 +48,7 @@ def computed(task, vary, base=None, options=None, **head):
 @pytest.mark.parametrize('name', TASKS)
 def test_names_are_told_once(name):
     task = TASKS[name]
-    declared = {item.name for item in scenario.PARAMETERS}
+    declared = {item.name for item in scenario.parameters()}
     words = [p.name for p in task.inputs] + list(task.columns)
     assert len(set(words)) == len(words)
     assert not declared & {p.name for p in task.inputs}

@@ -10,8 +10,8 @@ import sys
 import pytest
 
 from qzs_rig.cli.main import execute
-from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, Design
 from qzs_rig.units import DOFS
 
 PAGES = ('svg', 'png')
@@ -37,7 +37,7 @@ def test_json_contract(told, law, dof):
     document = json.loads(out)
     x = [-0.1, 0.0, 0.25]
     number = DOFS.index(dof)
-    formula = RESTORING[law].bind(math.sqrt)[number]
+    formula = RESTORING[law].along(number, math.sqrt)
     weight = PAPER_DESIGN.b if law in WEIGHTED and dof == 'vertical' else 0.0
     assert (code, err) == (0, '')
     assert {k: document[k] for k in ('law', 'dof', 'units', 'x')} == {
@@ -48,7 +48,7 @@ def test_json_contract(told, law, dof):
     }
     expected = [formula(PAPER_DESIGN, value) + weight for value in x]
     assert document['force'] == pytest.approx(expected, abs=1e-12)
-    slopes = [RESTORING[law].stiffnesses[number](PAPER_DESIGN, value) for value in x]
+    slopes = [RESTORING[law].stiffness_along(number)(PAPER_DESIGN, value) for value in x]
     assert document['stiffness'] == pytest.approx(slopes, abs=1e-12)
     assert document.get('static_load') == (pytest.approx(weight, abs=1e-12) if weight else None)
 
@@ -61,7 +61,7 @@ def test_set_overrides_the_design(told):
         _, out, _ = told(
             'statics', '--law', 'closed_form', '--dof', dof, '--at=0.3', *words, '--json'
         )
-        formula = RESTORING['closed_form'].bind(math.sqrt)[DOFS.index(dof)]
+        formula = RESTORING['closed_form'].along(DOFS.index(dof), math.sqrt)
         weight = design.b if dof == 'vertical' else 0.0
         assert json.loads(out)['force'] == pytest.approx([formula(design, 0.3) + weight], abs=1e-12)
 
@@ -107,7 +107,7 @@ def test_files(told, written, tmp_path):
     for row in rows[::97]:
         number, x = DOFS.index(row['dof']), float(row['x'])
         weight = PAPER_DESIGN.b if number == 0 else 0.0
-        force = law.bind(math.sqrt)[number](PAPER_DESIGN, x) + weight
+        force = law.along(number, math.sqrt)(PAPER_DESIGN, x) + weight
         assert float(row['force']) == pytest.approx(force, abs=1e-12)
     for name in names:
         assert (written / name).read_bytes() == (tmp_path / 'two' / name).read_bytes()

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
-from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.restoring.symmetric import SYMMETRIC
+from qzs_rig.mechanics.restoring.law import Design
+from qzs_rig.mechanics.restoring.polynomials import SYMMETRIC
 from qzs_rig.prediction import one_term
 from qzs_rig.theory.oscillator import Oscillator
 

@@ -9,9 +9,9 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.units import DOFS, displacement_unit
 
 ALL, NONE = (True,) * 4, (False,) * 4

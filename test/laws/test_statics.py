@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics import statics
-from qzs_rig.mechanics.design import PAPER_DESIGN, Design
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, Design
 from qzs_rig.units import DOFS, GRAVITY
 
 EPS = np.finfo(float).eps
@@ -22,7 +20,7 @@ every_dof = pytest.mark.parametrize('dof', DOFS)
 
 
 def test_the_triples_of_the_paper_fulfil_16():
-    designs = statics.triples(math.sqrt(0.75))
+    designs = statics.triples(PAPER_DESIGN)
     pairs = [(design.A, design.k3) for design in designs]
     assert pairs == [pytest.approx(pair, rel=1e-14) for pair in ((1.1, 0.1), (1.5, 0.5), (2, 1))]
     for design in designs:
@@ -95,7 +93,7 @@ def test_the_soft_range_ends_where_the_stiffness_reaches_the_tolerance(law, dof,
 def test_the_paper_is_right_that_closer_A_to_1_is_softer_for_longer():
     widths = [
         np.diff(statics.soft_range(RESTORING['closed_form'], design, 'vertical', 0.02))[0]
-        for design in statics.triples(math.sqrt(0.75))
+        for design in statics.triples(PAPER_DESIGN)
     ]
     assert widths == sorted(widths, reverse=True)
 

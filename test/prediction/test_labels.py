@@ -11,8 +11,8 @@ import pytest
 
 from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Curve, Estimate
-from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.restoring.symmetric import SYMMETRIC
+from qzs_rig.mechanics.restoring.law import Design
+from qzs_rig.mechanics.restoring.polynomials import SYMMETRIC
 from qzs_rig.prediction import curve, labels, one_term
 from qzs_rig.run import runfolder
 from qzs_rig.theory.oscillator import Oscillator

@@ -4,33 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.mechanics.restoring.polynomial import polynomial
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, RestoringLaw
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import DOFS
 
 
-def _cube(design, w):
-    return w * w * w
-
-
-def _double_well(design, w):
-    return (w * w - 1.0) * w
-
-
-def _forced(name, force, c1, zeta, push):
-    law = polynomial(name, 'test', (force,) * 4, lambda _: ((c1, 0.0, 1.0),) * 4, weighted=False)
+def _forced(name, c1, zeta, push):
+    law = RestoringLaw(name, 'test', lambda _: ((c1, 0.0, 1.0),) * 4, weighted=False, odd=DOFS)
     # falloff 2: the plain forced oscillator
     return Oscillator(law, 'vertical', PAPER_DESIGN, zeta, push, falloff=2)
 
 
 def ueda(push=7.5):
     """x'' + 0.05 x' + x³ = push cos t (Ueda, J. Stat. Phys. 20 (1979) 181)."""
-    return _forced('ueda', _cube, 0.0, 0.025, push)
+    return _forced('ueda', 0.0, 0.025, push)
 
 
 def double_well(push):
     """x'' + 0.3 x' - x + x³ = push cos 1.2 t, the textbook road to chaos from x(0) = 1."""
-    return _forced('double well', _double_well, -1.0, 0.15, push)
+    return _forced('double well', -1.0, 0.15, push)
 
 
 def rates(oscillator, omega, phase=0.0):

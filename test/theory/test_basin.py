@@ -9,7 +9,7 @@ import pytest
 from motion_laws import double_well, ueda
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, basin, jump_margin
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import history, strobe

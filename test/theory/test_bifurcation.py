@@ -8,7 +8,7 @@ from motion_laws import double_well
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.motion.batch import Batch, batch_along
 from qzs_rig.theory.motion.chaos import carried, from_rest
 from qzs_rig.theory.oscillator import Oscillator, oscillator

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from theory_motions import DUFFING, cubic, integrated, state
 
-from qzs_rig.mechanics.design import PAPER_DESIGN
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import Basis, lopsided, mirrored, resized, symmetric
 from qzs_rig.theory.balance.branch import BranchProblem, follow, refined

@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import pytest
 
-from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.motion import kernels
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.kernels import schedule
@@ -43,12 +43,12 @@ def test_the_next_process_finds_a_kernel_on_disk():
 def test_every_law_has_a_period_of_its_own(law, number):
     """A kernel taken from the disk for another law would kick by another force."""
     runs = Batch.of(oscillator(law, DOFS[number], PAPER_DESIGN, 0.1, 0.2), 0.8, w=0.1)
-    moved = []
+    plain, moved = runs.law.along(number, math.sqrt), []
     for period in (
         kernels.advancing(runs.law, number),
-        kernels.period_around(lambda _, w: runs.law.bind(math.sqrt)[number](PAPER_DESIGN, w)),
+        kernels.period_around(lambda _, w: plain(PAPER_DESIGN, w), runs.law.count),
     ):
-        block, steps = kernels.block(), schedule(2)
+        block, steps = kernels.block(runs.law.count), schedule(2)
         for column in range(64):
             kernels.begin(block, column, runs.table, runs.numbers, 0, steps)
         period(block, steps)

@@ -10,8 +10,7 @@ from motion_laws import rates, ueda
 from scipy.integrate import solve_ivp
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.mechanics.restoring.roots import rsqrt
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, rsqrt
 from qzs_rig.theory.motion import kernels
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.chaos import exponents
@@ -70,9 +69,9 @@ def test_the_interpreter_gives_the_same_exponents():
     runs = Batch.of(own, 0.314, zeta=[0.05, 0.1])
     how = runs.table, runs.numbers, schedule(16), 1
     fast, slow = ((np.empty((2, 5)), np.empty((2, 2))) for _ in range(2))
-    kernels.grow(kernels.advancing(runs.law, 0), kernels.block(2), *how, *fast)
-    period = kernels.period_around(runs.law.around(rsqrt)[0])
-    kernels.grow.py_func(period, kernels.block(2), *how, *slow)
+    kernels.grow(kernels.advancing(runs.law, 0), kernels.block(runs.law.count, 2), *how, *fast)
+    period = kernels.period_around(runs.law.compilable(0, rsqrt), runs.law.count)
+    kernels.grow.py_func(period, kernels.block(runs.law.count, 2), *how, *slow)
     # rounding over the base of the difference, 1e-16 / 1e-5, and twenty times that along the run
     assert slow[0].mean(axis=1) == pytest.approx(fast[0].mean(axis=1), abs=1e-8)
     assert slow[1] == pytest.approx(fast[1], abs=1e-11)

@@ -7,8 +7,8 @@ import pytest
 from theory_motions import DUFFING, cubic, integrated, state
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import PAPER_DESIGN
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.balance.continuation import Ending, Stop
 from qzs_rig.theory.balance.response import frequency_response, least_branch
 from qzs_rig.theory.oscillator import Oscillator, oscillator

@@ -7,18 +7,14 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from qzs_rig.mechanics.design import PAPER_DESIGN
-from qzs_rig.mechanics.restoring.polynomial import polynomial
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, RestoringLaw
 from qzs_rig.theory.oscillator import Oscillator
+from qzs_rig.units import DOFS
 
 
 def cubic(c1, c3):
     """x'' + ... + c1 x + c3 x³, in every degree of freedom."""
-
-    def force(design, w):
-        return (c1 + c3 * w * w) * w
-
-    return polynomial('cubic', 'test', (force,) * 4, lambda _: ((c1, 0.0, c3),) * 4, weighted=False)
+    return RestoringLaw('cubic', 'test', lambda _: ((c1, 0.0, c3),) * 4, weighted=False, odd=DOFS)
 
 
 DUFFING = Oscillator(cubic(1.0, 0.1), 'vertical', PAPER_DESIGN, 0.025, 0.18, falloff=2)
@@ -35,8 +31,8 @@ def state(coefficients, omega):
 def integrated(oscillator, omega, start, periods=1.0):
     """(w, w') (2, 2, 2...) after so many periods of the drive, with the flow's slope in `start`."""
     drive, zeta = float(oscillator.drive(omega)), oscillator.zeta
-    force = oscillator.law.bind(math.sqrt)[oscillator.number]
-    slope = oscillator.law.stiffnesses[oscillator.number]
+    force = oscillator.law.along(oscillator.number, math.sqrt)
+    slope = oscillator.law.stiffness_along(oscillator.number)
     design, load = oscillator.design, oscillator.load
 
     def rate(t, y):

@@ -47,7 +47,7 @@ class Geometry:
     def from_spec(cls, spec: RunSpec) -> Geometry:
         """The coupled platform of a run; raises InputError for one that cannot be built."""
         platform = Platform.from_spec(spec)
-        A, k3, L1, L0, a, _ = platform.design
+        A, k3, L1, L0, a, _ = platform.design.ratios
         k1, L20, mass = platform.stiffness[0], abs(platform.length[0]), platform.mass[0]
         hinge = spec.optional('platform.hinge')
         outward = overturning(platform.design) * k1 * L20**2

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from qzs_rig.mechanics.restoring.closed_form import CLOSED_FORM
-from qzs_rig.mechanics.restoring.corrected import CORRECTED
+from qzs_rig.mechanics.restoring.closed_form import CLOSED_FORM, CORRECTED
 from qzs_rig.mechanics.restoring.geometric import GEOMETRIC
 from qzs_rig.mechanics.restoring.law import RestoringLaw
-from qzs_rig.mechanics.restoring.linear import LINEAR
-from qzs_rig.mechanics.restoring.printed import PRINTED
-from qzs_rig.mechanics.restoring.symmetric import SYMMETRIC
-from qzs_rig.mechanics.restoring.taylor import TAYLOR
+from qzs_rig.mechanics.restoring.polynomials import LINEAR, PRINTED, SYMMETRIC, TAYLOR
 
 RESTORING: dict[str, RestoringLaw] = {
     law.name: law for law in (CORRECTED, CLOSED_FORM, TAYLOR, PRINTED, SYMMETRIC, LINEAR, GEOMETRIC)

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.restoring.closed_form import vertical
-from qzs_rig.mechanics.restoring.law import Formulas, RestoringLaw, Taylor
-from qzs_rig.mechanics.restoring.roots import Root
+from qzs_rig.mechanics.restoring.closed_form import vertical, vertical_stiffness
+from qzs_rig.mechanics.restoring.law import Design, RestoringLaw, Root, Taylor
+from qzs_rig.parameters import Parameter
 
 HINGE = 2.0
 """Stiffness of the hinges where nobody sets it, over the torque a radian with which the compressed
@@ -27,7 +26,7 @@ _EDGE = 1e-300
 def overturning(design: Design) -> float:
     """Torque over k1 L20² and angle with which the suspension springs turn the plate out of line
     in yaw, half of it in pitch; positive as long as they are compressed."""
-    A, _, _, L0, a, _ = design
+    A, _, _, L0, a, _ = design.ratios
     return float(A * (1.0 / a - 1.0) * L0 * (L0 + a))
 
 
@@ -84,40 +83,12 @@ def _horizontal_rotation(rsqrt: Root) -> Any:
     return torque
 
 
-def bind(rsqrt: Root) -> Formulas:
-    """The four projections around a reciprocal square root."""
-    return (
-        vertical(rsqrt),
-        _horizontal(rsqrt),
-        _vertical_rotation(rsqrt),
-        _horizontal_rotation(rsqrt),
-    )
-
-
-def _vertical_stiffness(design: Design, x: Any) -> Any:
-    A, k3, L1, _, a, _ = design
-    length = np.sqrt(x * x + a * a)
-    return 1.0 + A + (k3 * a * (a * a - x * L1) - A * a * a) / length**3
-
-
-def _vertical_potential(design: Design, x: Any) -> Any:
-    A, k3, L1, _, a, b = design
-    length = np.sqrt(x * x + a * a)
-    leaf = k3 * a * (length - a + L1 * np.arcsinh(x / a))
-    return 0.5 * (1.0 + A) * x * x - A * (length - a) + leaf - b * x
-
-
-def _horizontal_stiffness(design: Design, x: Any) -> Any:
+def _horizontal_stiffness(design: Any, x: Any) -> Any:
     A, _, _, _, a, _ = design
     return 1.0 + A - 0.5 * A * a * a / np.sqrt(a * a + x * x) ** 3
 
 
-def _horizontal_potential(design: Design, x: Any) -> Any:
-    A, _, _, _, a, _ = design
-    return 0.5 * (1.0 + A) * x * x - 0.5 * A * (np.sqrt(a * a + x * x) - a)
-
-
-def _vertical_rotation_stiffness(design: Design, theta: Any) -> Any:
+def _vertical_rotation_stiffness(design: Any, theta: Any) -> Any:
     A, _, _, L0, a, _ = design
     R = L0 + a
     length = np.sqrt(a * a + 4.0 * L0 * R * np.sin(0.5 * theta) ** 2)
@@ -125,16 +96,7 @@ def _vertical_rotation_stiffness(design: Design, theta: Any) -> Any:
     return A * R * (np.cos(theta) * bracket + np.sin(theta) ** 2 * L0 * R / length**3)
 
 
-def _vertical_rotation_potential(design: Design, theta: Any) -> Any:
-    A, _, _, L0, a, _ = design
-    R = L0 + a
-    squared = np.sin(0.5 * theta) ** 2
-    length = np.sqrt(a * a + 4.0 * L0 * R * squared)
-    spring = 0.5 * A * ((length - 1.0) ** 2 - (1.0 - a) ** 2) / L0
-    return spring + 2.0 * HINGE * A * R * (1.0 / a - 1.0) * squared
-
-
-def _horizontal_rotation_stiffness(design: Design, theta: Any) -> Any:
+def _horizontal_rotation_stiffness(design: Any, theta: Any) -> Any:
     A, k3, _, L0, a, _ = design
     R, c, s2 = L0 + a, np.cos(theta), np.sin(theta) ** 2
     length = np.sqrt(a * a + 4.0 * L0 * R * np.sin(0.5 * theta) ** 2)
@@ -145,32 +107,9 @@ def _horizontal_rotation_stiffness(design: Design, theta: Any) -> Any:
     return spring + leaf + c * HINGE * A * R * (1.0 / a - 1.0)
 
 
-def _horizontal_rotation_potential(design: Design, theta: Any) -> Any:
-    A, k3, _, L0, a, _ = design
-    R, squared = L0 + a, np.sin(0.5 * theta) ** 2
-    length = np.sqrt(a * a + 4.0 * L0 * R * squared)
-    spring = 0.25 * A * ((length - 1.0) ** 2 - (1.0 - a) ** 2) / L0
-    leaf = 0.5 * k3 * a * a * (length / (R - L0 * np.cos(theta)) - 1.0) / L0
-    return spring + leaf + 2.0 * HINGE * A * R * (1.0 / a - 1.0) * squared
-
-
-STIFFNESSES: Formulas = (
-    _vertical_stiffness,
-    _horizontal_stiffness,
-    _vertical_rotation_stiffness,
-    _horizontal_rotation_stiffness,
-)
-POTENTIALS: Formulas = (
-    _vertical_potential,
-    _horizontal_potential,
-    _vertical_rotation_potential,
-    _horizontal_rotation_potential,
-)
-
-
 def taylor(design: Design) -> Taylor:
     """(c1, c2, c3) of c1 w + c2 w² + c3 w³; the vertical's are those of Eq (8)."""
-    A, k3, _, L0, a, b = design
+    A, k3, _, L0, a, b = design.ratios
     R, hinge = L0 + a, HINGE * A * (L0 + a) * (1.0 / a - 1.0)
     yaw, stretch = A * R * (1.0 - 1.0 / a) + hinge, A * L0 * R * R / (2.0 * a**3)
     pitch = 0.5 * (A * R * (1.0 - 1.0 / a) + k3 * L0) + hinge
@@ -186,9 +125,45 @@ def taylor(design: Design) -> Taylor:
 GEOMETRIC = RestoringLaw(
     'geometric',
     'first principles, docs/geometric.md; vertical: Wang et al. 2022, Eq (8)',
-    bind,
-    STIFFNESSES,
-    POTENTIALS,
     taylor,
+    (
+        vertical,
+        _horizontal,
+        _vertical_rotation,
+        _horizontal_rotation,
+    ),
+    (
+        vertical_stiffness,
+        _horizontal_stiffness,
+        _vertical_rotation_stiffness,
+        _horizontal_rotation_stiffness,
+    ),
     DOMAIN,
+    odd=('horizontal', 'vertical_rotation', 'horizontal_rotation'),
+    couples=(
+        Parameter(
+            'platform.L10',
+            float,
+            0.0,
+            'm',
+            'coupled only: natural length of the central spring, unstressed at the working point',
+            0.0,
+        ),
+        Parameter(
+            'platform.hinge',
+            float,
+            None,
+            'N m/rad',
+            'coupled only: rotational stiffness of all hinges; unset: twice what the suspension '
+            'springs turn the plate out with; 0: ideal ball joints, with which it falls over',
+            0.0,
+        ),
+        Parameter(
+            'platform.cm_height',
+            float,
+            0.0,
+            'm',
+            "coupled only: payload's centre of mass above the plate",
+        ),
+    ),
 )

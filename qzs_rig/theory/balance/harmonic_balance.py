@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import Design
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import Basis, harmonics_of, resized, symmetric
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
@@ -276,7 +275,6 @@ def with_value(oscillator: Oscillator, parameter: str, value: float) -> Oscillat
     if parameter not in RATIOS:
         changed: dict[str, Any] = {parameter: value}
         return replace(oscillator, **changed)
-    ratios = {name: getattr(oscillator.design, name) for name in RATIOS}
     if parameter == 'L1' and not value < 1.0:
         raise InputError(f'L1 = {value:g} must be below 1: suspension springs would not incline')
-    return replace(oscillator, design=Design.of(**{**ratios, parameter: value}))
+    return replace(oscillator, design=oscillator.design.replace(**{parameter: value}))

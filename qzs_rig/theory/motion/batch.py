@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.design import Design
-from qzs_rig.mechanics.restoring.law import RestoringLaw
+from qzs_rig.mechanics.restoring.law import Design, RestoringLaw
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
 from qzs_rig.theory.oscillator import Oscillator
@@ -34,9 +33,9 @@ SLANT = 'L20'
 class Batch:
     """n runs of Eq (27) made nondimensional (see Oscillator).
 
-    `design` is (6, n); the others are (n,): damping ratio, base amplitude Ĥ, frequency Ω > 0,
-    unbalanced load, and relative motion and velocity dw/dτ at τ = 0, where the base is at its
-    highest.
+    `design` (., n) has the numbers of Design in rows; the others are (n,): damping ratio, base
+    amplitude Ĥ, frequency Ω > 0, unbalanced load, and relative motion and velocity dw/dτ at τ = 0,
+    where the base is at its highest.
     """
 
     law: RestoringLaw
@@ -120,13 +119,9 @@ class Batch:
 
     @property
     def numbers(self) -> Array:
-        """(6, n) what the compiled force reads: the design, or a cubic law's three coefficients."""
-        if not self.law.cubic_only:
-            return np.array(self.design, order='C')
-        numbers = np.zeros(self.design.shape)
-        for row, coefficient in enumerate(self.law.taylor(Design(*self.design))[self.number]):
-            numbers[row] = coefficient
-        return numbers
+        """(count, n) what the compiled force takes, see RestoringLaw."""
+        rows = self.law.numbers(Design(self.design), self.number)
+        return np.stack([np.broadcast_to(row, len(self)) for row in rows])
 
 
 def _check(columns: dict[str, Array]) -> None:

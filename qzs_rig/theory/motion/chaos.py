@@ -115,7 +115,7 @@ def exponents(
 
     def part(which: slice) -> None:
         own = runs[which]
-        block = kernels.block(motions=2)
+        block = kernels.block(runs.law.count, motions=2)
         pair = growth[which], end[which]
         kernels.grow(advance, block, own.table, own.numbers, period, before, *pair)
 

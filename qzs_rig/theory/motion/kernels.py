@@ -21,9 +21,7 @@ from numba import float64, int64, typeof, types, void
 from numba.extending import register_jitable
 
 from qzs_rig.mechanics.compiling import kept
-from qzs_rig.mechanics.restoring.law import RestoringLaw
-from qzs_rig.mechanics.restoring.polynomial import cubic_force
-from qzs_rig.mechanics.restoring.roots import fast_rsqrt, teach_numba
+from qzs_rig.mechanics.restoring.law import RestoringLaw, fast_rsqrt, teach_numba
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.batch import DRIVE, LOAD, OMEGA, VELOCITY, WIDTH, ZETA, W
 
@@ -107,10 +105,10 @@ class Block(NamedTuple):
     """WIDTH runs that move together, a column each.
 
     `w` (m, WIDTH) is the relative motion and, with m = 2, a small disturbance of it; `y` (m, WIDTH)
-    are their velocities over the step `h`, so that no kick needs h. `numbers` (6, WIDTH) are
-    the law's. `decay` and `reach` (12, WIDTH): what a drift leaves of y, and what of it is added to
-    w; the last is no drift. `cos`, `sin` (WIDTH,) are sums of w times those of the base's phase
-    over the step ends of a period, `low` and `high` (WIDTH,) its extremes there.
+    are their velocities over the step `h`, so that no kick needs h. `numbers` (count, WIDTH) are
+    what the law's force takes. `decay` and `reach` (12, WIDTH): what a drift leaves of y, and what
+    of it is added to w; the last is no drift. `cos`, `sin` (WIDTH,) are sums of w times those of
+    the base's phase over the step ends of a period, `low` and `high` (WIDTH,) its extremes there.
     """
 
     w: Array
@@ -127,16 +125,16 @@ class Block(NamedTuple):
     high: Array
 
 
-def block(motions: int = 1) -> Block:
-    """Room for WIDTH runs: their motion and `motions` - 1 disturbances."""
+def block(count: int, motions: int = 1) -> Block:
+    """Room for WIDTH runs with `count` numbers: their motion and `motions` - 1 disturbances."""
     pair, stages = np.zeros((2, motions, WIDTH)), np.zeros((2, STAGES + 1, WIDTH))
     stages[0, STAGES] = 1.0
     w, y = pair
-    return Block(w, y, np.ones((6, WIDTH)), *stages, *np.zeros((7, WIDTH)))
+    return Block(w, y, np.ones((count, WIDTH)), *stages, *np.zeros((7, WIDTH)))
 
 
 GRID = float64[:, ::1]
-BLOCK, SCHEDULE = typeof(block()), typeof(schedule(1))
+BLOCK, SCHEDULE = typeof(block(1)), typeof(schedule(1))
 PERIOD = types.FunctionType(void(BLOCK, SCHEDULE))
 """numba's type of what `advancing` returns."""
 
@@ -145,18 +143,39 @@ PERIOD = types.FunctionType(void(BLOCK, SCHEDULE))
 def advancing(law: RestoringLaw, number: int) -> Any:
     """One period of a Block under the law of a degree of freedom, for the Schedule of a period."""
     teach_numba()
-    force = cubic_force if law.cubic_only else law.around(fast_rsqrt)[number]
+    force = law.compilable(number, fast_rsqrt)
     register_jitable(error_model='numpy')(force)
-    return kept(void(BLOCK, SCHEDULE), error_model='numpy', fastmath=FAST)(period_around(force))
+    compiled = kept(void(BLOCK, SCHEDULE), error_model='numpy', fastmath=FAST)
+    return compiled(period_around(force, law.count))
 
 
-def period_around(force: Any) -> Any:
-    """The period of `advancing`, not compiled."""
+def gathering(count: int) -> Any:
+    """A function that returns the first `count` rows of p at a column as a tuple.
+
+    A compiled tuple has its length from the code, so each adds one to the shorter one before.
+    """
+    last = count - 1
+    if last == 0:
+
+        def gather(p: Any, column: int) -> Any:
+            return (p[last, column],)
+
+    else:
+        before = gathering(last)
+
+        def gather(p: Any, column: int) -> Any:
+            return (*before(p, column), p[last, column])
+
+    # a call would count references to p, which keeps loops around it from vector instructions
+    return register_jitable(inline='always')(gather)
+
+
+def period_around(force: Any, count: int) -> Any:
+    """The period of `advancing`, not compiled, for a force of `count` numbers."""
+    gather = gathering(count)
 
     def advance(runs: Any, schedule: Any) -> None:
         w, y, drive, load = runs.w[0], runs.y[0], runs.drive, runs.load
-        p = runs.numbers
-        p0, p1, p2, p3, p4, p5 = p[0], p[1], p[2], p[3], p[4], p[5]
         for column in range(WIDTH):
             runs.cos[column] = runs.sin[column] = 0.0
             runs.low[column] = runs.high[column] = w[column]
@@ -166,13 +185,13 @@ def period_around(force: Any) -> Any:
             decay, reach, cosine = runs.decay[stage], runs.reach[stage], schedule.cosines[k]
             for column in range(WIDTH):
                 x = w[column] + reach[column] * y[column]
-                own = p0[column], p1[column], p2[column], p3[column], p4[column], p5[column]
+                own = gather(runs.numbers, column)
                 push = drive[column] * cosine + load[column] - force(own, x)
                 w[column], y[column] = x, decay[column] * y[column] + weight * push
             if len(runs.w) > 1:
                 dw, dy = runs.w[1], runs.y[1]
                 for column in range(WIDTH):
-                    own = p0[column], p1[column], p2[column], p3[column], p4[column], p5[column]
+                    own = gather(runs.numbers, column)
                     x = w[column]
                     slope = (force(own, x + SHIFT) - force(own, x - SHIFT)) * (0.5 / SHIFT)
                     dx = dw[column] + reach[column] * dy[column]

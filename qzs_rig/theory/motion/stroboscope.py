@@ -131,8 +131,8 @@ def strobe(
 
     def part(which: slice) -> None:
         own = runs[which]
-        result = found.part(which)
-        sweep.sweep(advance, kernels.block(), own.table, own.numbers, period, rules, result)
+        block, result = kernels.block(runs.law.count), found.part(which)
+        sweep.sweep(advance, block, own.table, own.numbers, period, rules, result)
 
     spread(part, n, workers)
     return Stroboscope(
@@ -195,7 +195,7 @@ def history(run: Batch, periods: int, steps: int, phase: float = 0.0) -> History
 
     if periods < 1 or steps < 1:
         raise InputError(f'{periods} periods of {steps} steps; give 1 or more of both')
-    period, block = kernels.schedule(steps, phase), kernels.block()
+    period, block = kernels.schedule(steps, phase), kernels.block(run.law.count)
     kernels.begin(block, 0, run.table, run.numbers, 0, period)
     advance, limit = kernels.advancing(run.law, run.number), run.law.domain[run.number]
     out = np.full((periods * steps + 1, 2), np.nan)
