@@ -94,6 +94,11 @@ def execute(options: argparse.Namespace) -> int:
     if options.single_term and options.harmonics is not None:
         raise InputError('--single-term has one harmonic; leave out --harmonics')
     if options.single_term:
+        if oscillator.load:
+            raise InputError(
+                f'the single-term balance knows no load ({oscillator.load:.4g}); leave out '
+                'platform.payload_trim, or --single-term'
+            )
         answer = response_page.all_branches(
             single_term_response(oscillator, low, high), 'single term, Eq (29)'
         )

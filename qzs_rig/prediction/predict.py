@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from qzs_rig.excitation.sweep import band
 from qzs_rig.mechanics.platform import coupled
 from qzs_rig.parameters import RunSpec
-from qzs_rig.prediction import curve, one_term
+from qzs_rig.prediction import curve
 from qzs_rig.prediction.curve import Branch, Prediction
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import events, response
 from qzs_rig.theory.balance.response import Event, FrequencyResponse, frequency_response
+from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
 
-METHOD, LABEL = 'harmonic_balance', 'theory, harmonic balance'
 FINER = 12
 """Points drawn for one that was computed: a continued path is smooth in its length."""
 MARGIN = 1.02
@@ -50,35 +50,48 @@ def range_hz(spec: RunSpec) -> tuple[float, float]:
     return low / MARGIN, high * MARGIN
 
 
-def _predict(spec: RunSpec, oscillator: Oscillator, low_hz: float, high_hz: float) -> Prediction:
-    found = by_harmonic_balance(oscillator, low_hz, high_hz)
-    found = found or one_term.predict(oscillator, low_hz, high_hz)
+def _predict(spec: RunSpec, own: Oscillator, low_hz: float, high_hz: float) -> Prediction:
+    found = by_harmonic_balance(own, low_hz, high_hz)
+    if not found.branches:
+        found = by_single_term(own, low_hz, high_hz)
     return replace(found, label=f'{found.label}, uncoupled') if coupled(spec) else found
 
 
-def by_harmonic_balance(oscillator: Oscillator, low_hz: float, high_hz: float) -> Prediction | None:
-    """The branches of `oscillator` that reach an end of the range; None where no steady motion
-    was found."""
+def by_harmonic_balance(own: Oscillator, low_hz: float, high_hz: float) -> Prediction:
+    """The branches of `own` that reach an end of the range, none where nothing was found."""
     # a run waits for this, and isolated branches can take minutes to look for
-    found = frequency_response(
-        oscillator, oscillator.omega(low_hz), oscillator.omega(high_hz), isolas=False
-    )
+    found = frequency_response(own, own.omega(low_hz), own.omega(high_hz), isolas=False)
     branches = [
         piece
         for number, branch in enumerate(found.branches)
-        for piece in _pieces(_path(branch, _folds(found, number), oscillator.rest), oscillator)
+        for piece in _pieces(_path(branch, _folds(found, number), own.rest), own)
     ]
-    if not branches:
-        return None
-    known = curve.named(branches)
-    return Prediction(
-        oscillator.dof,
-        LABEL,
-        METHOD,
-        known,
-        curve.folds(known, low_hz, high_hz),
-        tuple(omega * oscillator.hertz for omega in found.onset_omega),
+    return _prediction(
+        found, branches, low_hz, high_hz, 'theory, harmonic balance', 'harmonic_balance'
     )
+
+
+def by_single_term(own: Oscillator, low_hz: float, high_hz: float) -> Prediction:
+    """The motions of `own` in one harmonic of the cubic part of its law."""
+    found = single_term_response(own, own.omega(low_hz), own.omega(high_hz))
+    branches = [
+        Branch('', b.omega * own.hertz, b.T, b.phase_deg, b.amplitude * own.length, b.stable)
+        for b in found.branches
+    ]
+    return _prediction(found, branches, low_hz, high_hz, 'theory, one harmonic', 'single_term')
+
+
+def _prediction(
+    found: FrequencyResponse,
+    branches: list[Branch],
+    low_hz: float,
+    high_hz: float,
+    label: str,
+    method: str,
+) -> Prediction:
+    own, known = found.oscillator, curve.named(branches)
+    onset_hz = tuple(omega * own.hertz for omega in found.onset_omega)
+    return Prediction(own.dof, label, method, known, curve.folds(known, low_hz, high_hz), onset_hz)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import pytest
 from qzs_rig.estimation.estimate import Curve, Estimate, Event
 from qzs_rig.mechanics.restoring.law import Design
 from qzs_rig.mechanics.restoring.polynomials import SYMMETRIC
-from qzs_rig.prediction import one_term
+from qzs_rig.prediction.predict import by_single_term
 from qzs_rig.theory.oscillator import Oscillator
 
 DESIGN = Design.of(A=1.25, k3=0.4, L1=math.sqrt(3.0) / 2.0, L0=0.1)
@@ -66,7 +66,7 @@ def swept(theory, n=240):
 
 @pytest.fixture(scope='session')
 def theory():
-    return one_term.predict(OWN, 0.4, 10.0)
+    return by_single_term(OWN, 0.4, 10.0)
 
 
 @pytest.fixture(scope='session')
@@ -77,4 +77,4 @@ def run(theory):
 @pytest.fixture(scope='session')
 def stiffer_run():
     """The same rig under a slightly larger base motion."""
-    return swept(one_term.predict(replace(OWN, amplitude=0.027 / 0.6), 0.4, 10.0))
+    return swept(by_single_term(replace(OWN, amplitude=0.027 / 0.6), 0.4, 10.0))

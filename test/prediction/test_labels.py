@@ -13,14 +13,15 @@ from qzs_rig.errors import InputError
 from qzs_rig.estimation.estimate import Curve, Estimate
 from qzs_rig.mechanics.restoring.law import Design
 from qzs_rig.mechanics.restoring.polynomials import SYMMETRIC
-from qzs_rig.prediction import curve, labels, one_term
+from qzs_rig.prediction import curve, labels
+from qzs_rig.prediction.predict import by_single_term
 from qzs_rig.run import runfolder
 from qzs_rig.theory.oscillator import Oscillator
 
 DESIGN = Design.of(A=1.25, k3=0.4, L1=math.sqrt(3.0) / 2.0, L0=0.1)
 """Hardening: c1 = 0.15, c3 = 4.2."""
 OWN = Oscillator(SYMMETRIC, 'vertical', DESIGN, zeta=0.05, amplitude=0.04, omega0=20.0, length=0.6)
-THEORY = one_term.predict(OWN, 0.5, 9.0)
+THEORY = by_single_term(OWN, 0.5, 9.0)
 UP, DOWN = (fold.frequency_hz for fold in THEORY.folds)
 INSIDE = np.linspace(UP * 1.05, DOWN * 0.95, 50)
 

@@ -11,8 +11,7 @@ import pytest
 from qzs_rig import scenario
 from qzs_rig.mechanics.restoring.law import Design
 from qzs_rig.mechanics.restoring.polynomials import SYMMETRIC
-from qzs_rig.prediction import one_term
-from qzs_rig.prediction.predict import MARGIN, range_hz
+from qzs_rig.prediction.predict import MARGIN, by_single_term, range_hz
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import folds, onset_omega, single_term
 from qzs_rig.units import QUANTITIES
@@ -50,7 +49,7 @@ def test_a_dwell_is_seen_an_octave_around():
 @pytest.mark.parametrize('falloff', [0, 1, 2])
 def test_branches_are_the_balance_in_hertz(falloff):
     own = replace(OWN, falloff=falloff)
-    prediction = one_term.predict(own, LOW, HIGH)
+    prediction = by_single_term(own, LOW, HIGH)
     assert {branch.name for branch in prediction.branches} == {'lower', 'middle', 'upper'}
     for branch in prediction.branches:
         assert (np.diff(branch.frequency_hz) > 0).all()
@@ -73,7 +72,7 @@ def test_branches_are_the_balance_in_hertz(falloff):
 def test_branches_are_continuous_and_end_at_folds(design, zeta, amplitude, low, falloff):
     """Along a branch T never leaps; it ends at a fold or at the edge of the range."""
     own = replace(OWN, design=design, zeta=zeta, amplitude=amplitude, falloff=falloff)
-    prediction = one_term.predict(own, low, HIGH)
+    prediction = by_single_term(own, low, HIGH)
     edges = [low, HIGH]
     places = folds(*own.cubic, zeta, amplitude, falloff) * own.hertz
     assert len(prediction.branches) >= 3
@@ -84,7 +83,7 @@ def test_branches_are_continuous_and_end_at_folds(design, zeta, amplitude, low, 
 
 
 def test_folds_say_where_a_sweep_lands():
-    prediction = one_term.predict(OWN, LOW, HIGH)
+    prediction = by_single_term(OWN, LOW, HIGH)
     up, down = prediction.folds
     expected = folds(*OWN.cubic, OWN.zeta, OWN.amplitude) * OWN.hertz
     # the last point is 1e-10 before the fold
@@ -100,14 +99,14 @@ def test_folds_say_where_a_sweep_lands():
 
 
 def test_a_fold_beyond_the_range_is_none():
-    both = one_term.predict(OWN, LOW, HIGH).folds
+    both = by_single_term(OWN, LOW, HIGH).folds
     between = sum(fold.frequency_hz for fold in both) / 2
-    (up,) = one_term.predict(OWN, LOW, between).folds
+    (up,) = by_single_term(OWN, LOW, between).folds
     assert up == both[0]
 
 
 def test_no_fold_is_one_branch_with_its_onset():
-    calm = one_term.predict(replace(OWN, amplitude=1e-4), LOW, HIGH)
+    calm = by_single_term(replace(OWN, amplitude=1e-4), LOW, HIGH)
     (only,) = calm.branches
     assert (only.name, calm.folds) == ('only', ())
     assert calm.onset_hz == (onset_omega(*OWN.cubic, OWN.zeta, 1e-4) * OWN.hertz,)

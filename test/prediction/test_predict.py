@@ -7,9 +7,8 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.mechanics.platform import Platform
-from qzs_rig.prediction import one_term
 from qzs_rig.prediction.labels import label_all
-from qzs_rig.prediction.predict import by_harmonic_balance, predict, range_hz
+from qzs_rig.prediction.predict import by_harmonic_balance, by_single_term, predict, range_hz
 from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
@@ -69,7 +68,7 @@ def test_a_small_motion_of_an_odd_law_is_one_term():
         spec = scenario.of(given)
         own = Oscillator.driven(spec, 'vertical'), *range_hz(spec)
         (exact,) = by_harmonic_balance(*own).branches
-        (rough,) = one_term.predict(*own).branches
+        (rough,) = by_single_term(*own).branches
         f = np.geomspace(1.0, 4.0, 50)
         T = [np.interp(f, b.frequency_hz, b.transmissibility) for b in (exact, rough)]
         gaps.append(np.abs(T[0] / T[1] - 1).max())

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.continuation import Ending, Stop
 from qzs_rig.theory.balance.response import Branch, Event, FrequencyResponse, peak_among
@@ -15,17 +15,13 @@ POINTS = 1200
 
 
 def single_term_response(oscillator: Oscillator, low: float, high: float) -> FrequencyResponse:
-    """Lower, middle and upper motions of c1 w + c3 w³, the law's odd terms, each a branch.
+    """Lower, middle and upper motions of c1 w + c3 w³, the odd terms of the law about its rest
+    position, each a branch that ends at a fold or at the end of the range.
 
-    Raises InputError for a load, which the paper's balance has no place for.
+    Exact (to one harmonic) for cubic laws; for another law good where the relative motion is small
+    against the platform.
     """
-    if oscillator.load:
-        raise InputError(
-            f'the single-term balance knows no load ({oscillator.load:.4g}); leave out '
-            'platform.payload_trim, or --single-term'
-        )
-    c1, c3 = oscillator.law.cubic(oscillator.design)[oscillator.number]
-    law = c1, c3, oscillator.zeta
+    law = *oscillator.cubic, oscillator.zeta
     edges = folds(*law, oscillator.amplitude, oscillator.falloff)
     edges = edges[(edges > low) & (edges < high)]
     omega = _frequencies(low, high, edges)
@@ -57,11 +53,13 @@ def _fold(law: tuple[float, float, float], own: Oscillator, edge: float) -> Even
 
 
 def _frequencies(low: float, high: float, edges: Array) -> Array:
-    """Even in the logarithm, round ones so that tables can be read off, and both sides of folds."""
+    """Even in the logarithm, round ones so that tables can be read off, and closer to the
+    folds, where branches part like a root."""
     step = 10.0 ** np.floor(np.log10(high)) / 200
     rounds = np.arange(np.ceil(low / step), np.floor(high / step) + 1) * step
-    both = np.concatenate([edges * (1 - 1e-12), edges * (1 + 1e-12)])
-    grid = np.concatenate([np.geomspace(low, high, POINTS), np.round(rounds, 12), both])
+    near = np.geomspace(1e-12, 1e-2, 50)
+    close = [edge * (1 + side * near) for edge in edges for side in (-1, 1)]
+    grid = np.concatenate([np.geomspace(low, high, POINTS), np.round(rounds, 12), *close])
     return np.unique(grid[(grid >= low) & (grid <= high)])
 
 
@@ -70,23 +68,56 @@ def _count(answer: SingleTerm) -> int:
 
 
 def _branches(answer: SingleTerm, oscillator: Oscillator) -> tuple[Branch, ...]:
-    found = []
-    for column in range(3):
-        there = np.isfinite(answer.W[:, column])
-        edges = np.flatnonzero(np.diff(there.astype(int))) + 1
-        for part in np.split(np.arange(len(there)), edges):
-            if there[part[0]]:
-                found.append(_branch(answer, slice(part[0], part[-1] + 1), column, oscillator))
-    return tuple(found)
+    order, rows = _continuous(answer), np.arange(len(answer.omega))
+    return tuple(
+        _branch(answer, rows[place], order[place, k], oscillator)
+        for k in range(3)
+        for place in _runs(np.isfinite(answer.W[rows, order[:, k]]))
+    )
 
 
-def _branch(answer: SingleTerm, place: slice, column: int, own: Oscillator) -> Branch:
-    omega, T = answer.omega[place], answer.T[place, column]
-    phase = answer.phase_deg[place, column]
+def _continuous(answer: SingleTerm) -> NDArray[np.intp]:
+    """Column order (n, 3) that puts a lone root on the branch it continues, lower or upper.
+
+    Three roots are lower, middle, upper. A run of lone roots takes the branch it meets in
+    amplitude where the three begin or end, and changes over halfway if its two ends disagree;
+    without any fold it is the lower one.
+    """
+    three = np.isfinite(answer.W[:, 2])
+    upper = np.zeros(len(three), dtype=bool)
+    edges = np.flatnonzero(np.diff(three)) + 1
+    for first, last in zip([0, *edges], [*edges, len(three)], strict=True):
+        if not three[first] and (first > 0 or last < len(three)):
+            left = _is_upper(answer, first, first - 1) if first > 0 else None
+            right = _is_upper(answer, last - 1, last) if last < len(three) else left
+            middle = (first + last) // 2
+            upper[first:middle] = right if left is None else left
+            upper[middle:last] = right
+    return np.where(upper[:, None], np.array([1, 2, 0]), np.array([0, 1, 2]))
+
+
+def _is_upper(answer: SingleTerm, lone: int, beside: int) -> bool:
+    """Whether the one root of row `lone` continues the upper branch of row `beside`."""
+    gap = np.abs(np.log(answer.W[beside] / answer.W[lone, 0]))
+    return bool(gap[2] < gap[0])
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[slice]:
+    """Every run of True that is longer than one."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    pairs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    return [slice(first, last) for first, last in pairs if last - first > 1]
+
+
+def _branch(
+    answer: SingleTerm, rows: NDArray[np.intp], columns: NDArray[np.intp], own: Oscillator
+) -> Branch:
+    omega, T = answer.omega[rows], answer.T[rows, columns]
+    phase = answer.phase_deg[rows, columns]
     w = own.base(omega) * (T * np.exp(1j * np.radians(phase)) - 1.0)
-    coefficients = np.stack([np.zeros_like(T), w.real, -w.imag], axis=1)
+    coefficients = np.stack([np.full_like(T, own.rest), w.real, -w.imag], axis=1)
     unknown = np.full((len(T), 2), np.nan + 0j)
     return Branch(
-        omega, omega, T, answer.W[place, column], phase, answer.stable[place, column], coefficients,
+        omega, omega, T, answer.W[rows, columns], phase, answer.stable[rows, columns], coefficients,
         np.ones(len(T), dtype=np.int64), unknown, True, (Ending(Stop.RANGE),) * 2,
     )  # fmt: skip
