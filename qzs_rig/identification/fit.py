@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from qzs_rig.errors import InputError
-from qzs_rig.identification.least_squares import TOLERANCE, Trial, minimise
 from qzs_rig.identification.points import Complex, Points
 from qzs_rig.identification.response import (
     Response,
@@ -22,6 +21,7 @@ from qzs_rig.identification.response import (
 )
 from qzs_rig.identification.start import ROUGH, elsewhere, starts
 from qzs_rig.identification.unknowns import Unknowns
+from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -30,6 +30,12 @@ LEAST_NOISE = 1e-4
 settled still differ by that."""
 HARMONICS = 7
 ROUNDS = 8
+STEPS = 60
+TOLERANCE = 1e-9
+"""Share of the sum of squares that the last step still changes: far below what one standard
+deviation changes it by, 1/(n - p)."""
+LOST = 3.0
+"""What a residual counts whose branch has ended, in standard deviations."""
 FROM = 2
 """Starts that are followed to their end."""
 FULL = 0.8
@@ -41,9 +47,6 @@ OUTLIER = 8.0
 even where the noise of some points is several times that of others."""
 ASTRAY, FOLD, FAST = 'on no branch', 'at a fold', 'swept too fast'
 """Why a point does not count."""
-
-
-State = tuple[Response, ...]
 
 
 @dataclass(frozen=True)
@@ -73,11 +76,6 @@ class Set:
         per = [1.0 / np.hypot(s, np.abs(self.lag - 1.0) ** 2) for s in self.noise]
         return np.concatenate([np.log(T / size) * per[0], turn * per[1]]), np.concatenate(per)
 
-    def residual(self, ratio: Complex, slope: Complex) -> tuple[Array, Array]:
-        """Residuals (2n,) as `missed`, and their slopes (2n, p) given that of ln u/v (n, p)."""
-        r, weight = self.missed(ratio)
-        return r, -weight[:, None] * np.concatenate([slope.real, slope.imag])
-
     @property
     def use(self) -> NDArray[np.bool_]:
         """Which points (n,) count."""
@@ -91,26 +89,56 @@ class Set:
 
 @dataclass(frozen=True)
 class Fit:
-    """A minimum: parameters `values` (p,), the points as counted, residuals and their slopes."""
+    """The parameters `values` (p,) held against the points: a Set and the Response to it for each
+    degree of freedom. Residuals are all magnitudes and phases (m,), set by set, in standard
+    deviations."""
 
     unknowns: Unknowns
     sets: tuple[Set, ...]
-    trial: Trial[State]
+    values: Array
+    responses: tuple[Response, ...]
 
-    @property
-    def values(self) -> Array:
-        """Of the parameters (p,)."""
-        return self.trial.values
+    @cached_property
+    def misses(self) -> Array:
+        """Residuals (m,), those too that do not count."""
+        pairs = zip(self.sets, self.responses, strict=True)
+        return np.concatenate([item.missed(there.ratio)[0] for item, there in pairs])
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Slopes of `misses` in the parameters (m, p)."""
+        found = []
+        for item, there in zip(self.sets, self.responses, strict=True):
+            slope = sensitivity(self.unknowns, self.values, item.points, there)
+            weight = item.missed(there.ratio)[1][:, None]
+            found.append(-weight * np.concatenate([slope.real, slope.imag]))
+        return np.concatenate(found)
+
+    @cached_property
+    def counted(self) -> NDArray[np.bool_]:
+        """Which residuals (m,) are to count."""
+        return np.concatenate([item.counted for item in self.sets])
+
+    @cached_property
+    def good(self) -> NDArray[np.bool_]:
+        """Which of those `counted` (m,) have a motion that they are measured against."""
+        met = [np.tile(there.good, 2) for there in self.responses]
+        return np.asarray(self.counted & np.concatenate(met))
 
     @property
     def residual(self) -> Array:
-        """Of what counts (m,), in standard deviations."""
-        return self.trial.residual[self.trial.good]
+        """The residuals of what is `good`."""
+        return self.misses[self.good]
 
     @property
     def jacobian(self) -> Array:
-        """Slopes of `residual` (m, p)."""
-        return self.trial.jacobian[self.trial.good]
+        """Slopes of `residual` in the parameters."""
+        return self.slopes[self.good]
+
+    @property
+    def penalised(self) -> Array:
+        """The residuals of what is `counted`; one whose branch has ended is LOST."""
+        return np.where(self.good, self.misses, LOST)[self.counted]
 
     @property
     def weighted(self) -> bool:
@@ -121,6 +149,71 @@ class Fit:
     def freedom(self) -> int:
         """Residuals beyond parameters."""
         return len(self.residual) - len(self.values)
+
+    def moved(self, values: Array) -> Fit:
+        """At other `values` (p,), brought inside their bounds, the motions followed from these;
+        nothing is good where no platform can be built of them."""
+        values = self.unknowns.bounded(values)
+        pairs = list(zip(self.sets, self.responses, strict=True))
+        try:
+            spec = self.unknowns.applied(values)
+            there = [_followed(spec, item.points, before) for item, before in pairs]
+        except InputError:
+            there = [replace(b, good=np.zeros(len(b.good), bool)) for b in self.responses]
+        return Fit(self.unknowns, self.sets, values, tuple(there))
+
+
+def _followed(spec: RunSpec, points: Points, before: Response) -> Response:
+    """The motions of another platform; those `before` where a point has lost its branch."""
+    there = followed(Oscillator.driven(spec, points.dof), points.frequency_hz, before.x)
+    good = there.good & before.good
+    x = np.where(good[:, None], there.x, before.x)
+    return replace(there, x=x, ratio=np.where(good, there.ratio, before.ratio), good=good)
+
+
+def minimised(fit: Fit, free: NDArray[np.bool_], tolerance: float) -> Fit:
+    """The least sum of squares near `fit` over the parameters `free` (p,), the others held; it
+    ends once a step changes the sum by less than `tolerance` of it.
+
+    A branch may fold back before the frequency of a point: its residual then is the constant LOST,
+    in all steps from there on. Motions are followed from those of the last step that was taken.
+    """
+    from scipy.optimize import least_squares
+
+    if not (free.any() and fit.good.any()):
+        return fit
+    scale, near, at = fit.unknowns.scale[free], fit, fit
+
+    def there(z: Array) -> Fit:
+        nonlocal at
+        values = fit.values.copy()
+        values[free] = z * scale
+        if not np.array_equal(values, at.values):
+            at = near.moved(values)
+        return at
+
+    def residual(z: Array) -> Array:
+        now = there(z)
+        # from where there is nothing at all scipy comes back for a shorter step
+        return now.penalised if now.good.any() else np.nan * now.penalised
+
+    def slope(z: Array) -> Array:
+        """Asked for only where a step was taken."""
+        nonlocal near
+        near = there(z)
+        slopes = np.where(near.good[:, None], near.slopes[:, free] * scale, 0.0)
+        return slopes[fit.counted]
+
+    best = least_squares(
+        residual,
+        fit.values[free] / scale,
+        slope,
+        (fit.unknowns.low[free] / scale, fit.unknowns.high[free] / scale),
+        ftol=tolerance,
+        gtol=1e-10,
+        max_nfev=STEPS,
+    )
+    return there(best.x)
 
 
 def fits(unknowns: Unknowns, parts: Sequence[Points], harmonics: int = HARMONICS) -> list[Fit]:
@@ -145,7 +238,7 @@ def cost(fit: Fit, yardstick: Fit) -> float:
     """Sum of squares over all points, in the standard deviations of `yardstick`; what no
     branch of a fit meets counts as an outlier, so that no fit wins by leaving out."""
     total = 0.0
-    for item, response, by in zip(fit.sets, fit.trial.state, yardstick.sets, strict=True):
+    for item, response, by in zip(fit.sets, fit.responses, yardstick.sets, strict=True):
         r, _ = replace(by, lag=item.lag).missed(response.ratio)
         there = np.concatenate([np.ones(len(item.points), bool), item.points.phased])
         met = np.tile(response.good, 2)
@@ -165,43 +258,28 @@ def _settled(
     unknowns: Unknowns, parts: Sequence[Points], values: Array, harmonics: int
 ) -> Fit | None:
     noise: list[tuple[float, float]] = [(0.1, 0.1)] * len(parts)
-    used: list[NDArray[np.bool_]] = []
+    before: Fit | None = None
     for turn in range(ROUNDS):
-        responses = _responses(unknowns, parts, values, harmonics)
+        spec = unknowns.applied(values)
+        plants = [Oscillator.driven(spec, points.dof) for points in parts]
+        responses = tuple(map(nearest, plants, parts, [harmonics] * len(parts)))
         sets = tuple(
             _set(points, response, level, turn > 1)
             for points, response, level in zip(parts, responses, noise, strict=True)
         )
-        if sum(np.count_nonzero(item.counted) for item in sets) <= len(values):
+        begin = Fit(unknowns, sets, values, responses)
+        if np.count_nonzero(begin.counted) <= len(values):
             return None
-        begin = evaluate(unknowns, sets, values, responses)
-        trial = minimise(
-            partial(evaluate, unknowns, sets),
-            begin,
-            unknowns.scale,
-            unknowns.bounded,
-            ROUGH if turn < 2 else TOLERANCE,
-        )
-        moved = np.abs(trial.values - values) / unknowns.scale
-        values, noise = trial.values, noise_of(trial, sets, usual)
-        same = len(used) > 0 and all(
-            np.array_equal(a, item.use) for a, item in zip(used, sets, strict=True)
-        )
-        used = [item.use for item in sets]
+        fit = minimised(begin, np.ones(len(values), bool), ROUGH if turn < 2 else TOLERANCE)
+        moved = np.abs(fit.values - values) / unknowns.scale
+        values, noise = fit.values, _noise(fit, usual)
+        same = before is not None and np.array_equal(before.counted, fit.counted)
         if turn > 2 and same and bool(np.all(moved < 1e-5)):
             break
-    noise = noise_of(trial, sets, quadratic)
+        before = fit
+    noise = _noise(fit, quadratic)
     final = tuple(replace(item, noise=level) for item, level in zip(sets, noise, strict=True))
-    return Fit(unknowns, final, evaluate(unknowns, final, values, trial.state))
-
-
-def _responses(
-    unknowns: Unknowns, parts: Sequence[Points], values: Array, harmonics: int
-) -> tuple[Response, ...]:
-    spec = unknowns.applied(values)
-    return tuple(
-        nearest(Oscillator.driven(spec, points.dof), points, harmonics) for points in parts
-    )
+    return replace(fit, sets=final)
 
 
 def _set(points: Points, response: Response, noise: tuple[float, float], strict: bool) -> Set:
@@ -228,54 +306,16 @@ def _apart(one: Fit, other: Fit) -> bool:
     return bool(np.any(np.abs(one.values - other.values) > 1e-2 * one.unknowns.scale))
 
 
-def evaluate(unknowns: Unknowns, sets: Sequence[Set], values: Array, state: State) -> Trial[State]:
-    """Residuals and slopes of all sets at `values` (p,), the motions followed from `state`.
-
-    Nothing is good where no platform can be built of the values."""
-    responses, parts = [], []
-    for item, before in zip(sets, state, strict=True):
-        hz, dof = item.points.frequency_hz, item.points.dof
-        try:
-            there = _kept(
-                followed(Oscillator.driven(unknowns.applied(values), dof), hz, before.x), before
-            )
-            slope = sensitivity(unknowns, values, dof, there, hz)
-        except InputError:
-            return _nowhere(sets, values, state)
-        good = there.good
-        r, jacobian = item.residual(there.ratio, slope)
-        parts.append((r, jacobian, item.counted & np.tile(good, 2)))
-        responses.append(there)
-    r, jacobian, good = (np.concatenate(column) for column in zip(*parts, strict=True))
-    usable = good & np.isfinite(r) & np.isfinite(jacobian).all(axis=1)
-    return Trial(values, r, jacobian, usable, tuple(responses))
-
-
-def _kept(there: Response, before: Response) -> Response:
-    """`there`, but with the motion of `before` where a point has lost its branch."""
-    good = there.good & before.good
-    x = np.where(good[:, None], there.x, before.x)
-    ratio = np.where(good, there.ratio, before.ratio)
-    return Response(there.plant, there.omega, x, ratio, good)
-
-
-def _nowhere(sets: Sequence[Set], values: Array, state: State) -> Trial[State]:
-    n = 2 * sum(len(item.points) for item in sets)
-    return Trial(values, np.zeros(n), np.zeros((n, len(values))), np.zeros(n, dtype=bool), state)
-
-
-def noise_of(
-    trial: Trial[State], sets: Sequence[Set], spread: Callable[[Array], float]
-) -> list[tuple[float, float]]:
-    """Standard deviations of ln T and phase of each set, by its residuals in `trial`."""
-    parameters = len(trial.values)
-    spent = 1.0 - parameters / max(int(np.count_nonzero(trial.good)), parameters + 1)
+def _noise(fit: Fit, spread: Callable[[Array], float]) -> list[tuple[float, float]]:
+    """Standard deviations of ln T and phase of each set, by its residuals."""
+    parameters = len(fit.values)
+    spent = 1.0 - parameters / max(len(fit.residual), parameters + 1)
     found, at = [], 0
-    for item in sets:
+    for item in fit.sets:
         pair = []
         for sigma in item.noise:
             part = slice(at, at + len(item.points))
-            r = trial.residual[part][trial.good[part]] * sigma
+            r = fit.misses[part][fit.good[part]] * sigma
             level = spread(r) / spent**0.5 if r.size else 1.0
             pair.append(max(level, LEAST_NOISE))
             at += len(item.points)

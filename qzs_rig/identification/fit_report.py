@@ -81,7 +81,7 @@ def formula(unknowns: Unknowns, direction: Direction) -> str:
 def point_table(found: Identified) -> Table:
     """How many points count, on which branch, how noisy."""
     rows = []
-    for item, response in zip(found.fit.sets, found.fit.trial.state, strict=True):
+    for item, response in zip(found.fit.sets, found.fit.responses, strict=True):
         for direction in dict.fromkeys(item.points.direction.tolist()):
             here = item.points.direction == direction
             use = here & item.use
@@ -120,7 +120,7 @@ def fit_document(found: Identified) -> dict[str, Any]:
         'reduced_chi_square': found.reduced_chi_square,
         'freedom': fit.freedom,
         'harmonics': found.harmonics,
-        'points': [_points(*pair) for pair in zip(fit.sets, fit.trial.state, strict=True)],
+        'points': [_points(*pair) for pair in zip(fit.sets, fit.responses, strict=True)],
         'other_solutions': [
             dict(zip(fit.unknowns.names, other.values.tolist(), strict=True))
             for other in found.others
@@ -185,7 +185,7 @@ def jumps_text(found: Fixed) -> str:
         [
             Table('Jumps', header, rows).to_text(),
             Table(
-                'A platform that jumps there, of least change: one of many',
+                'A platform near by that jumps there: one of many',
                 ('parameter', 'unit', 'start', 'value'),
                 spent,
             ).to_text(),
@@ -226,7 +226,7 @@ def fit_sheet(found: Identified) -> Sheet:
     at = 0
     for item in found.fit.sets:
         n = 2 * len(item.points)
-        residual = found.fit.trial.residual[at : at + n].reshape(2, -1)
+        residual = found.fit.misses[at : at + n].reshape(2, -1)
         columns.append(_column(found, item, residual))
         at += n
     panels = tuple(panel for row in zip(*columns, strict=True) for panel in row)

@@ -13,7 +13,7 @@ from qzs_rig.identification.intervals import LEVEL, Covariance, Interval, covari
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.response import Response, followed, iso_limit
 from qzs_rig.identification.start import idle
-from qzs_rig.identification.unknowns import TRIM, Unknown, Unknowns, unknowns
+from qzs_rig.identification.unknowns import TRIM, unknowns
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
 
@@ -79,13 +79,18 @@ def identify(spec: RunSpec, parts: Sequence[Points], names: Sequence[str]) -> Id
     Raises InputError where the points cannot tell: too few, or a parameter that moves none.
     """
     wanted = unknowns(spec, names, [points.dof for points in parts])
-    _refuse_idle(wanted, parts)
+    for name in idle(wanted, parts):
+        dofs = ', '.join(points.dof for points in parts)
+        raise InputError(
+            f'{name} moves none of the measured points ({dofs}); leave it out of --fit'
+        )
     harmonics = HARMONICS
     found = fits(wanted, parts, harmonics)
     while harmonics < MOST_HARMONICS and _truncated(found[0], harmonics):
         harmonics = 2 * harmonics + 1
-        begin = replace(wanted, items=_starting_at(wanted, found[0]))
-        found = fits(begin, parts, harmonics)
+        pairs = zip(wanted.items, found[0].values.tolist(), strict=True)
+        items = tuple(replace(item, start=value) for item, value in pairs)
+        found = fits(replace(wanted, items=items), parts, harmonics)
     best = found[0]
     if best.freedom < 1:
         raise InputError(
@@ -93,21 +98,17 @@ def identify(spec: RunSpec, parts: Sequence[Points], names: Sequence[str]) -> Id
             'fit fewer, or measure more points'
         )
     known = covariance(best)
-    rivals = tuple(other for other in found[1:] if _rivals(best, other))
+    ruled_out = _chi_square(RULED_OUT, 1)
+    rivals = tuple(o for o in found[1:] if cost(o, best) - cost(best, best) < ruled_out)
     limits = _hull(intervals(best, known), rivals, best.unknowns.scale)
     return Identified(
         best, known, limits, rivals, harmonics, _cautions(best, known, rivals, limits)
     )
 
 
-def _starting_at(wanted: Unknowns, fit: Fit) -> tuple[Unknown, ...]:
-    pairs = zip(wanted.items, fit.values.tolist(), strict=True)
-    return tuple(replace(item, start=value) for item, value in pairs)
-
-
 def _truncated(fit: Fit, harmonics: int) -> bool:
     """Whether twice the harmonics would move a point by more than its noise allows."""
-    for item, response in zip(fit.sets, fit.trial.state, strict=True):
+    for item, response in zip(fit.sets, fit.responses, strict=True):
         x = np.zeros((len(item.points), 4 * harmonics + 3))
         x[:, : response.x.shape[1]] = response.x
         finer = followed(response.plant, item.points.frequency_hz, x)
@@ -116,19 +117,6 @@ def _truncated(fit: Fit, harmonics: int) -> bool:
         if np.any(np.abs(fine - coarse)[counted] > TRUNCATION):
             return True
     return False
-
-
-def _refuse_idle(wanted: Unknowns, parts: Sequence[Points]) -> None:
-    for name in idle(wanted, parts):
-        dofs = ', '.join(points.dof for points in parts)
-        raise InputError(
-            f'{name} moves none of the measured points ({dofs}); leave it out of --fit'
-        )
-
-
-def _rivals(best: Fit, other: Fit) -> bool:
-    """Whether `other` fits so nearly as well that it cannot be ruled out with RULED_OUT."""
-    return cost(other, best) - cost(best, best) < _chi_square(RULED_OUT, 1)
 
 
 def _hull(
@@ -171,7 +159,7 @@ def _cautions(
     bound = fit.unknowns.at_bound(fit.values)
     if bound:
         said.append(f'{", ".join(bound)} ended at a bound; its interval is one-sided')
-    pairs = zip(fit.sets, fit.trial.state, strict=True)
+    pairs = zip(fit.sets, fit.responses, strict=True)
     return tuple(said + [text for pair in pairs for text in _points_said(*pair)])
 
 

@@ -10,11 +10,11 @@ where that has risen by t² (Venzon and Moolgavkar, Appl. Statist. 37 (1988) 87)
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from qzs_rig.identification.fit import Fit, State, evaluate
-from qzs_rig.identification.least_squares import Trial, minimise
+from qzs_rig.identification.fit import Fit, minimised
 from qzs_rig.identification.unknowns import Unknowns
 from qzs_rig.samples import Array
 
@@ -23,9 +23,8 @@ BLIND = 1e-10
 LEVEL = 0.95
 STRAIGHT = (0.8, 1.3)
 """Rise of the sum of squares at the ends of a linear interval, over t²: within, it is left."""
-LOST = 9.0
-"""What a residual counts whose branch has ended: three standard deviations."""
-SEARCHES = 6
+FARTHEST = 4.0
+"""Times the linear interval, up to where the end of a profile is looked for."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +38,11 @@ class Direction:
 
 @dataclass(frozen=True)
 class Covariance:
-    """Of the parameters, (p, p), with the freedom of its variance and the factor `excess` by which
-    given standard deviations were too small, squared."""
+    """`matrix` (p, p) of the parameters and `plain`, (JᵀJ)⁻¹; `excess` is the factor by which given
+    standard deviations were too small, squared."""
 
     matrix: Array
+    plain: Array
     directions: tuple[Direction, ...]
     excess: float
 
@@ -50,6 +50,11 @@ class Covariance:
     def std(self) -> Array:
         """Standard errors (p,)."""
         return np.asarray(np.sqrt(np.diag(self.matrix)))
+
+    def path(self, k: int) -> Array:
+        """How all parameters (p,) follow when k is moved by its standard error and the others
+        fit again."""
+        return np.asarray(self.plain[:, k] * (self.std[k] / self.plain[k, k]))
 
     @property
     def correlation(self) -> Array:
@@ -84,11 +89,12 @@ def covariance(fit: Fit) -> Covariance:
     U, S, Vt = np.linalg.svd(J, full_matrices=False)
     S = np.maximum(S, BLIND * S[0])
     spread = (U * (r / np.maximum(1.0 - np.sum(U**2, axis=1), 1e-3))[:, None]) / S
-    plain = (Vt.T / S**2) @ Vt * excess
+    plain = (Vt.T / S**2) @ Vt
     robust = Vt.T @ (spread.T @ spread) @ Vt
-    wider = np.sqrt(np.maximum(1.0, np.diag(robust) / np.diag(plain)))
-    matrix = plain * np.outer(wider, wider) * np.outer(scale, scale)
-    return Covariance(matrix, directions(fit.unknowns, S / np.sqrt(excess), Vt), excess)
+    wider = np.sqrt(np.maximum(excess, np.diag(robust) / np.diag(plain)))
+    units = np.outer(scale, scale)
+    ways = directions(fit.unknowns, S / np.sqrt(excess), Vt)
+    return Covariance(plain * np.outer(wider, wider) * units, plain * units, ways, excess)
 
 
 def directions(unknowns: Unknowns, S: Array, Vt: Array) -> tuple[Direction, ...]:
@@ -124,80 +130,31 @@ def intervals(fit: Fit, known: Covariance) -> tuple[Interval, ...]:
 
 def _straight(fit: Fit, known: Covariance, k: int, t: float) -> bool:
     """Whether the sum of squares rises by t² at both ends of the linear interval."""
-    shift = _path(fit, k)[0] * known.std[k] * t
-    for side in (-1.0, 1.0):
-        values = fit.unknowns.bounded(fit.values + side * shift)
-        there = evaluate(fit.unknowns, fit.sets, values, fit.trial.state)
-        if not STRAIGHT[0] < _rise(fit, known, k, there) / t**2 < STRAIGHT[1]:
-            return False
-    return True
+    rises = [_rise(fit, known, k, fit.moved(fit.values + s * known.path(k))) for s in (-t, t)]
+    return all(STRAIGHT[0] < rise / t**2 < STRAIGHT[1] for rise in rises)
 
 
 def _profile_end(fit: Fit, known: Covariance, k: int, t: float) -> float:
-    """Where the signed root of the profile reaches `t`, by secants from the linear end."""
-    std = float(known.std[k])
-    shift = _path(fit, k)[0] * std
-    tried = {0.0: 0.0}
-    reach, state = abs(t), fit.trial.state
-    for _ in range(SEARCHES):
-        begin = fit.unknowns.bounded(fit.values + np.sign(t) * reach * shift)
-        trial = _held(fit, k, begin, state)
-        root = np.sqrt(max(_rise(fit, known, k, trial), 0.0))
-        tried[reach] = float(root)
-        if abs(root - abs(t)) < 0.02 * abs(t):
-            break
-        reach = _next(tried, abs(t))
-    return float(fit.values[k] + np.sign(t) * reach * std)
+    """Where the signed root of the profile reaches `t`."""
+    from scipy.optimize import brentq
+
+    free = np.arange(len(fit.values)) != k
+
+    @cache
+    def excess(reach: float) -> float:
+        there = minimised(fit.moved(fit.values + reach * known.path(k)), free, 1e-6)
+        return float(np.sqrt(max(_rise(fit, known, k, there), 0.0))) - abs(t)
+
+    near, far = 0.0, t
+    while excess(far) < 0.0 and abs(far) < FARTHEST * abs(t):
+        near, far = far, 1.5 * far
+    if excess(far) < 0.0:
+        return float(fit.values[k] + far * known.std[k])
+    reach = brentq(excess, near, far, xtol=0.02 * abs(t))
+    return float(fit.values[k] + reach * known.std[k])
 
 
-def _next(tried: dict[float, float], wanted: float) -> float:
-    """The next reach: between the two that enclose `wanted`, else outward by what is missing."""
-    under = max((x for x, y in tried.items() if y <= wanted), default=0.0)
-    over = min((x for x, y in tried.items() if y > wanted and x > under), default=np.inf)
-    if np.isinf(over):
-        return under * min(max(wanted / max(tried[under], 1e-3), 1.1), 2.0)
-    share = (wanted - tried[under]) / (tried[over] - tried[under])
-    return under + float(np.clip(share, 0.1, 0.9)) * (over - under)
-
-
-def _held(fit: Fit, k: int, values: Array, state: State) -> Trial[State]:
-    """The least sum of squares with parameter k held at its place in `values`."""
-    free = np.arange(len(values)) != k
-
-    def held(others: Array, near: State) -> Trial[State]:
-        whole = values.copy()
-        whole[free] = others
-        trial = evaluate(fit.unknowns, fit.sets, fit.unknowns.bounded(whole), near)
-        return Trial(others, trial.residual, trial.jacobian[:, free], trial.good, trial.state)
-
-    if not free.any():
-        return held(values[free], state)
-
-    def inside(others: Array) -> Array:
-        whole = values.copy()
-        whole[free] = others
-        return np.asarray(fit.unknowns.bounded(whole)[free])
-
-    begin = held(values[free], state)
-    return minimise(held, begin, fit.unknowns.scale[free], inside, 1e-6)
-
-
-def _rise(fit: Fit, known: Covariance, k: int, there: Trial[State]) -> float:
+def _rise(fit: Fit, known: Covariance, k: int, there: Fit) -> float:
     """How much the sum of squares has risen from the fit, in the units of the interval of k."""
-    counted = fit.trial.good
-    lost = counted & ~there.good
-    both = counted & there.good
-    rise = float(np.sum(there.residual[both] ** 2) - np.sum(fit.trial.residual[both] ** 2))
-    rise += LOST * float(np.count_nonzero(lost))
-    return rise / (float(known.matrix[k, k]) * _path(fit, k)[1])
-
-
-def _path(fit: Fit, k: int) -> tuple[Array, float]:
-    """How all parameters (p,) follow when k is moved by 1 and the others fit again, and how much
-    the sum of squares rises by that: 1 / [(JᵀJ)⁻¹]kk."""
-    scale = fit.unknowns.scale
-    J, free = fit.jacobian * scale, np.arange(len(scale)) != k
-    path = np.zeros(len(scale))
-    path[k] = 1.0
-    path[free] = -np.linalg.lstsq(J[:, free], J[:, k], rcond=None)[0]
-    return path * scale / scale[k], float(np.sum((J @ path) ** 2)) / float(scale[k] ** 2)
+    rise = float(np.sum(there.penalised**2) - np.sum(fit.penalised**2))
+    return rise * float(known.plain[k, k] / known.matrix[k, k])

@@ -161,9 +161,7 @@ def ends_near(response: Response, frequency_hz: Array) -> NDArray[np.bool_]:
     return ends
 
 
-def sensitivity(
-    unknowns: Unknowns, values: Array, dof: str, response: Response, hz: Array
-) -> Complex:
+def sensitivity(unknowns: Unknowns, values: Array, points: Points, response: Response) -> Complex:
     """Slope of ln(u/v) in the parameters (n, p) at `values`, by implicit differentiation: the
     balance R(x, p) = 0 moves x by -J⁻¹ ∂R/∂p."""
     x, harmonics = response.x, response.x.shape[1] // 2
@@ -171,8 +169,11 @@ def sensitivity(
     residual, ratio = np.empty((p, n, x.shape[1])), np.empty((p, n), dtype=np.complex128)
     for k, scale in enumerate(unknowns.scale.tolist()):
         h = STEP * scale * np.eye(p)[k]
-        ends = [Oscillator.driven(unknowns.applied(values + side * h), dof) for side in (1.0, -1.0)]
-        omegas = [end.omega(hz) for end in ends]
+        ends = [
+            Oscillator.driven(unknowns.applied(values + side * h), points.dof)
+            for side in (1.0, -1.0)
+        ]
+        omegas = [end.omega(points.frequency_hz) for end in ends]
         above, below = (
             HarmonicBalance(e, harmonics).residual(x, w) for e, w in zip(ends, omegas, strict=True)
         )

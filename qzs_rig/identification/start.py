@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from qzs_rig.identification.least_squares import Trial, minimise
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.response import centred, ratios
 from qzs_rig.identification.unknowns import TRIM, Unknowns
@@ -41,50 +40,36 @@ def elsewhere(unknowns: Unknowns, values: Array) -> list[Array]:
 
 def idle(unknowns: Unknowns, parts: Sequence[Points]) -> list[str]:
     """Names of the unknowns that do not enter the balance of the measured motions at all."""
-    jacobian = _unbalanced(unknowns, unknowns.start, parts).jacobian
-    columns = zip(unknowns.names, jacobian.T, strict=True)
-    return [name for name, column in columns if not np.any(column)]
+    here = _errors(unknowns, unknowns.start, parts)
+    steps = zip(unknowns.names, 1e-4 * np.diag(unknowns.scale), strict=True)
+    return [
+        name
+        for name, step in steps
+        if np.array_equal(_errors(unknowns, unknowns.start + step, parts), here)
+    ]
 
 
 def starts(unknowns: Unknowns, parts: Sequence[Points]) -> list[Array]:
     """Parameters (p,) to fit the curves from, the best balanced first, each but once."""
+    from scipy.optimize import least_squares
+
+    scale = unknowns.scale
+    bounds = (unknowns.low / scale, unknowns.high / scale)
     found = []
-    for begin in _begins(unknowns):
-        trial = minimise(
-            lambda values, _: _unbalanced(unknowns, values, parts),
-            _unbalanced(unknowns, begin, parts),
-            unknowns.scale,
-            unknowns.bounded,
-            ROUGH,
+    for begin in (unknowns.start, *elsewhere(unknowns, unknowns.start)[1:]):
+        best = least_squares(
+            lambda z: _errors(unknowns, z * scale, parts),
+            unknowns.bounded(begin) / scale,
+            '3-point',
+            bounds,
+            ftol=ROUGH,
         )
-        found.append((float(np.sum(trial.residual**2)), trial.values))
+        found.append((best.cost, unknowns.bounded(best.x * scale)))
     kept: list[Array] = []
     for _, values in sorted(found, key=lambda pair: pair[0]):
         if all(np.any(np.abs(values - k) > 0.05 * unknowns.scale) for k in kept):
             kept.append(values)
     return kept
-
-
-def _begins(unknowns: Unknowns) -> list[Array]:
-    if TRIM not in unknowns.names:
-        return [unknowns.start]
-    m, k = unknowns.spec.number('platform.m'), unknowns.names.index(TRIM)
-    begins = [unknowns.start]
-    for share in TRIMS:
-        begin = unknowns.start
-        begin[k] = share * m
-        begins.append(begin)
-    return begins
-
-
-def _unbalanced(unknowns: Unknowns, values: Array, parts: Sequence[Points]) -> Trial[None]:
-    residual = _errors(unknowns, values, parts)
-    jacobian = np.empty((len(residual), len(values)))
-    for k, scale in enumerate(unknowns.scale.tolist()):
-        h = 1e-4 * scale * np.eye(len(values))[k]
-        ends = [_errors(unknowns, values + side * h, parts) for side in (1.0, -1.0)]
-        jacobian[:, k] = (ends[0] - ends[1]) / (2e-4 * scale)
-    return Trial(values, residual, jacobian, np.isfinite(residual), None)
 
 
 def _errors(unknowns: Unknowns, values: Array, parts: Sequence[Points]) -> Array:

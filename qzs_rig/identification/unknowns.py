@@ -20,6 +20,8 @@ TRIM_SHARE = 0.01
 """Of the payload: a trim known no better than this is not known."""
 WORTH = 0.25
 """Relative uncertainty of any other parameter from which on it is not known."""
+NEAR = 1e-3
+"""Of its scale, to which a search inside bounds comes to one."""
 FARTHEST = 30.0
 """Times the start, up or down, that a parameter is looked for."""
 
@@ -61,15 +63,24 @@ class Unknowns:
         """Of all (p,)."""
         return np.array([item.scale for item in self.items])
 
+    @property
+    def low(self) -> Array:
+        """Lower bounds of all (p,)."""
+        return np.array([item.low for item in self.items])
+
+    @property
+    def high(self) -> Array:
+        """Upper bounds of all (p,)."""
+        return np.array([item.high for item in self.items])
+
     def bounded(self, values: Array) -> Array:
         """`values` (p,) brought inside the bounds."""
-        low, high = ([getattr(i, side) for i in self.items] for side in ('low', 'high'))
-        return np.clip(values, low, high)
+        return np.clip(values, self.low, self.high)
 
     def at_bound(self, values: Array) -> list[str]:
-        """Names of those that `values` has at a bound."""
-        pairs = zip(self.items, values.tolist(), strict=True)
-        return [item.name for item, v in pairs if v in (item.low, item.high)]
+        """Names of those that `values` has at a bound, to NEAR of their scale."""
+        room = np.minimum(values - self.low, self.high - values) / self.scale
+        return [name for name, left in zip(self.names, room.tolist(), strict=True) if left < NEAR]
 
     def applied(self, values: Array) -> RunSpec:
         """The run with `values` (p,)."""

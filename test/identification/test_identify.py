@@ -25,7 +25,7 @@ def test_noise_free_curves_give_the_platform_back(bench, lane):
     assert found.cautions == ()
     assert found.advice.action == ('remove', 'add')[lane]
     assert found.advice.grams == pytest.approx(-1e3 * bench.truth[lane, 2], abs=1.0)
-    upper = found.fit.trial.state[0].upper
+    upper = found.fit.responses[0].upper
     assert upper.any() and not upper.all()
 
 

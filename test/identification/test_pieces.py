@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import optimize
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
+from qzs_rig.identification.fit import LOST, Fit, Set, minimised
 from qzs_rig.identification.jumps import Fold, fold_near, left_null
-from qzs_rig.identification.least_squares import Trial, minimise
 from qzs_rig.identification.points import read_csv
 from qzs_rig.identification.response import (
     followed,
@@ -27,27 +26,12 @@ from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 
 
-def test_least_squares_is_scipys():
-    t = np.linspace(0.0, 3.0, 30)
-    y = 2.0 * np.exp(-1.3 * t) + 0.01 * np.random.default_rng(0).standard_normal(30)
-
-    def evaluate(p, _):
-        wave = np.exp(-p[1] * t)
-        jacobian = np.stack([wave, -p[0] * t * wave], axis=1)
-        return Trial(p, p[0] * wave - y, jacobian, np.ones(30, bool), None)
-
-    start = np.array([1.0, 0.5])
-    found = minimise(evaluate, evaluate(start, None), np.ones(2), lambda p: p)
-    expected = optimize.least_squares(lambda p: evaluate(p, None).residual, start, xtol=1e-12).x
-    assert found.values == pytest.approx(expected, rel=1e-6)
-
-
 def test_sensitivity_is_the_difference_of_two_responses(bench):
     wanted = unknowns(bench.spec, ('platform.zeta', 'platform.A', 'platform.k1'), ['vertical'])
     points = bench.points()
     here = nearest(Oscillator.driven(bench.spec, 'vertical'), points, 5)
     use = here.good
-    slope = sensitivity(wanted, wanted.start, 'vertical', here, points.frequency_hz)
+    slope = sensitivity(wanted, wanted.start, points, here)
     for k, scale in enumerate(wanted.scale):
         h = 1e-5 * scale * np.eye(3)[k]
         over, under = (
@@ -61,6 +45,24 @@ def test_sensitivity_is_the_difference_of_two_responses(bench):
         expected = np.log(over / under) / (2e-5 * scale)
         # central differences of a Newton solution: 1e-12 / 1e-5 over the slope
         assert slope[use, k] == pytest.approx(expected[use], rel=1e-4, abs=1e-6)
+
+
+def test_a_point_that_loses_its_branch_keeps_its_motion_and_counts_as_lost(bench):
+    wanted = unknowns(bench.spec, ('platform.zeta', 'platform.A'), ['vertical'])
+    points = bench.points()
+    here = nearest(Oscillator.driven(bench.spec, 'vertical'), points, 5)
+    counted = Set(points, np.where(here.good, '', 'on no branch'), np.ones(20, complex), (0.1, 0.1))
+    fit = Fit(wanted, (counted,), wanted.start, (here,))
+    # damped eight times as much the upper branch ends earlier
+    damped = fit.moved(wanted.start * [8.0, 1.0])
+    lost = fit.good & ~damped.good
+    assert lost.any() and damped.good.any()
+    assert damped.penalised[lost[damped.counted]] == pytest.approx(LOST)
+    gone = lost[:20]
+    assert np.array_equal(damped.responses[0].x[gone], here.x[gone])
+    # what is left leads back to the platform that was measured
+    found = minimised(damped, np.ones(2, bool), 1e-9)
+    assert found.values == pytest.approx(bench.truth[0, :2], rel=0.01)
 
 
 def test_a_magnitude_implies_the_phase_of_a_damped_motion(bench):
