@@ -105,7 +105,7 @@ def execute(options: argparse.Namespace) -> int:
 
 
 def _measured(options: argparse.Namespace) -> tuple[RunSpec, list[Points]]:
-    """The run as it was told, with --set on top for the start, and its points."""
+    """The run that was measured, with --set on top for the start, and its points."""
     words = scenario.assigned(options.assignments)
     if options.source.suffix.lower() == '.csv':
         spec = scenario.load(options.scenario) if options.scenario else scenario.of({})

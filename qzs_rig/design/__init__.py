@@ -1,1 +1,1 @@
-"""A platform proposed for a payload, an onset, a stroke and a level; any platform warned about."""
+"""A platform proposed for a payload, an onset, a stroke and a level; any platform checked."""

@@ -261,6 +261,6 @@ WARNINGS: dict[str, Callable[[Case], str | None]] = {
 
 
 def warnings(case: Case) -> dict[str, str]:
-    """What applies, by name."""
+    """The text of each warning that applies, by its name in WARNINGS."""
     said = {name: rule(case) for name, rule in WARNINGS.items()}
     return {name: text for name, text in said.items() if text}

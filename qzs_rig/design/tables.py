@@ -1,4 +1,4 @@
-"""Advice as tables and as a document."""
+"""A platform proposed or checked, as tables and as a document for programs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def proposal_table(p: Proposal) -> Table:
 
 
 def tables(case: Case) -> list[Table]:
-    """At rest, in motion, springs to order."""
+    """Three tables: at rest, in motion (none where nothing moves the base), springs to order."""
     return [_rest(case), *_motion(case), _orders(case)]
 
 

@@ -102,7 +102,7 @@ class Motion:
         return max(crossing, *falls.tolist()) if falls.size else crossing
 
     def response(self) -> Response:
-        """All figures."""
+        """Onset, peak, jumps and relative motion at this level."""
         onset = self.omega_onset
         if onset is None:
             return Response(None, None, None, None, None, None)

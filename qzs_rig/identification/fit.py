@@ -283,7 +283,7 @@ def _settled(
 
 
 def _set(points: Points, response: Response, noise: tuple[float, float], strict: bool) -> Set:
-    """The points that count; outliers are told once the noise is known (`strict`)."""
+    """The points that count; with `strict`, once the noise is known, outliers do not."""
     why = np.full(len(points), '', dtype='<U16')
     lag = np.ones(len(points), dtype=np.complex128)
     if points.chirp.any():

@@ -10,7 +10,7 @@ import numpy as np
 from qzs_rig.identification.fit import Set
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.intervals import LEVEL, Direction
-from qzs_rig.identification.jumps import KNOWN, Fixed, determined
+from qzs_rig.identification.jumps import KNOWN, Fixed
 from qzs_rig.identification.response import Response
 from qzs_rig.identification.unknowns import TRIM, Unknowns
 from qzs_rig.report.names import direction_name, dof_name, event_name
@@ -52,7 +52,7 @@ def parameters(found: Identified) -> Table:
 
 
 def correlations(found: Identified) -> Table:
-    """Of the estimates."""
+    """Correlations of the estimates with each other."""
     names = [_short(name) for name in found.fit.unknowns.names]
     rows = tuple(
         (name, *(f'{value:+.3f}' for value in row))
@@ -69,7 +69,7 @@ def combinations(unknowns: Unknowns, directions: Sequence[Direction]) -> Table:
 
 
 def formula(unknowns: Unknowns, direction: Direction) -> str:
-    """A combination in letters, small parts left out; a trim is told over the payload."""
+    """A combination in letters, small parts left out; a trim is shown over the payload."""
     terms = []
     for item, weight in zip(unknowns.items, direction.weights.tolist(), strict=True):
         if abs(weight) >= 0.02:
@@ -104,7 +104,7 @@ def point_table(found: Identified) -> Table:
 
 
 def fit_document(found: Identified) -> dict[str, Any]:
-    """JSON-ready."""
+    """The whole result, ready for JSON."""
     fit, advice = found.fit, found.advice
     items = zip(fit.unknowns.items, fit.values.tolist(), found.intervals, strict=True)
     return {
@@ -175,7 +175,7 @@ def jumps_text(found: Fixed) -> str:
     values = zip(found.unknowns.items, found.values.tolist(), strict=True)
     spent = tuple((i.name, i.unit, f'{i.start:.5g}', f'{v:.5g}') for i, v in values)
     fixed = len(found.fixed)
-    but = ', '.join(determined(found))
+    but = ', '.join(found.determined)
     said = (
         f'{len(found.jumps)} frequencies for {len(found.values)} parameters: they fix {fixed} '
         f'combination{"s" * (fixed != 1)} to {KNOWN:.0%} and no parameter by itself'
@@ -196,7 +196,7 @@ def jumps_text(found: Fixed) -> str:
 
 
 def jumps_document(found: Fixed) -> dict[str, Any]:
-    """JSON-ready."""
+    """The whole result, ready for JSON."""
     predicted = [None if np.isnan(v) else v for v in found.predicted_hz.tolist()]
     return {
         'schema': SCHEMA,
@@ -210,7 +210,7 @@ def jumps_document(found: Fixed) -> dict[str, Any]:
                 'unit': item.unit,
                 'start': item.start,
                 'value': value,
-                'determined': item.name in determined(found),
+                'determined': item.name in found.determined,
             }
             for item, value in zip(found.unknowns.items, found.values.tolist(), strict=True)
         ],

@@ -100,7 +100,7 @@ def covariance(fit: Fit) -> Covariance:
 def directions(unknowns: Unknowns, S: Array, Vt: Array) -> tuple[Direction, ...]:
     """The right singular vectors Vt (p, p) of the sensitivities per scale, best known first."""
     found = []
-    references = np.array([item.reference for item in unknowns.items]) / unknowns.scale
+    references = unknowns.reference / unknowns.scale
     for s, v in zip(S.tolist(), Vt, strict=True):
         weights = v * references
         largest = weights[np.argmax(np.abs(weights))]

@@ -16,7 +16,6 @@ import numpy as np
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
 from qzs_rig.identification.intervals import Direction, directions
-from qzs_rig.identification.response import STEP
 from qzs_rig.identification.unknowns import Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
@@ -82,7 +81,8 @@ class Fold:
 @dataclass(frozen=True)
 class Fixed:
     """The platform nearest to the start whose jumps come closest to the measured ones, and what
-    the jumps fix of it, best first. `predicted_hz` is NaN where the model has no such jump."""
+    the jumps fix of it, best first. `predicted_hz` is NaN where the model has no such jump; `std`
+    (p,) is the relative standard deviation of each parameter."""
 
     unknowns: Unknowns
     values: Array
@@ -90,6 +90,13 @@ class Fixed:
     predicted_hz: Array
     T: Array
     directions: tuple[Direction, ...]
+    std: Array
+
+    @property
+    def determined(self) -> list[str]:
+        """Names of the parameters that the jumps fix to KNOWN whatever the others are."""
+        pairs = zip(self.unknowns.names, self.std.tolist(), strict=True)
+        return [name for name, std in pairs if std <= KNOWN]
 
     @property
     def fixed(self) -> tuple[Direction, ...]:
@@ -138,33 +145,19 @@ def fixed_by(spec: RunSpec, jumps: Sequence[Jump], names: Sequence[str]) -> Fixe
             break
         step = np.linalg.lstsq(slopes, r, rcond=1e-3)[0]
         step *= shrink * min(1.0, STRIDE / max(float(np.max(np.abs(step))), 1e-12))
-        trial = wanted.bounded(values + step * _references(wanted))
+        trial = wanted.bounded(values + step * wanted.reference)
         there = _seen(wanted, trial, jumps, here.folds)
         if there is None or np.linalg.norm(_scaled(there, wanted, jumps)[0]) >= np.linalg.norm(r):
             shrink *= 0.5
             continue
         values, here, shrink = trial, there, min(1.0, 2 * shrink)
     _, slopes = _scaled(here, wanted, jumps)
-    _, S, Vt = np.linalg.svd(slopes * (wanted.scale / _references(wanted)), full_matrices=True)
+    _, S, Vt = np.linalg.svd(slopes * (wanted.scale / wanted.reference), full_matrices=True)
     S = np.concatenate([S, np.zeros(len(values) - len(S))])[: len(values)]
     S = np.maximum(S, 1e-12 * max(float(S[0]), 1e-300))
+    std = np.linalg.norm(Vt / S[:, None], axis=0) * wanted.scale / wanted.reference
     ways = directions(wanted, S, Vt)
-    return Fixed(wanted, values, tuple(jumps), here.predicted, here.T, ways)
-
-
-def determined(found: Fixed) -> list[str]:
-    """Parameters that the jumps fix whatever the others are."""
-    names = []
-    for k, item in enumerate(found.unknowns.items):
-        # the variance of one parameter is the sum over the combinations, each orthogonal in scale
-        share = item.scale / item.reference
-        rows = [d.weights[k] * share for d in found.directions]
-        lengths = [_length(d, found.unknowns) for d in found.directions]
-        pairs = zip(rows, lengths, found.directions, strict=True)
-        std = sum((share * r * d.std / n**2) ** 2 for r, n, d in pairs) ** 0.5
-        if std <= KNOWN:
-            names.append(item.name)
-    return names
+    return Fixed(wanted, values, tuple(jumps), here.predicted, here.T, ways, std)
 
 
 def fold_near(there: Oscillator, guess: Fold) -> Fold | None:
@@ -213,22 +206,13 @@ def left_null(there: Oscillator, fold: Fold) -> Array:
     return np.asarray(np.linalg.svd(balance.jacobian(fold.x, fold.omega))[0][:, -1])
 
 
-def _length(direction: Direction, wanted: Unknowns) -> float:
-    share = wanted.scale / np.array([item.reference for item in wanted.items])
-    return float(np.linalg.norm(direction.weights * share))
-
-
-def _references(wanted: Unknowns) -> Array:
-    return np.array([item.reference for item in wanted.items])
-
-
 def _scaled(seen: _Seen, wanted: Unknowns, jumps: Sequence[Jump]) -> tuple[Array, Array]:
     """Measured minus predicted over its deviation, and slopes by relative change; missing jumps
     say nothing."""
     std = np.array([jump.std for jump in jumps])
     measured = np.array([jump.frequency_hz for jump in jumps])
     r = np.nan_to_num((measured - seen.predicted) / std)
-    return r, seen.slopes * _references(wanted) / std[:, None]
+    return r, seen.slopes * wanted.reference / std[:, None]
 
 
 def _first(wanted: Unknowns, jumps: Sequence[Jump]) -> list[Fold | None]:
@@ -287,9 +271,4 @@ def _slopes(wanted: Unknowns, values: Array, dof: str, there: Oscillator, fold: 
 
     here, d = wanted.applied(values), 1e-5 * hz
     by_hz = (unbalanced(here, hz + d) - unbalanced(here, hz - d)) / (2 * d)
-    slopes = np.empty(len(values))
-    for k, scale in enumerate(wanted.scale.tolist()):
-        h = STEP * scale * np.eye(len(values))[k]
-        ends = [unbalanced(wanted.applied(values + side * h), hz) for side in (1.0, -1.0)]
-        slopes[k] = -(ends[0] - ends[1]) / (2 * STEP * scale) / by_hz
-    return slopes
+    return -wanted.slopes(lambda spec: unbalanced(spec, hz), values) / by_hz

@@ -121,8 +121,8 @@ def measured(estimate: Estimate, spec: RunSpec) -> list[Points]:
     rest only windows are kept that share no sample: the others would repeat their noise. The
     uncertainty of an estimate counts smoothing within a window, which is no noise: left out.
     """
-    told = estimate.quality.get('settings', {})
-    apart = math.ceil(told.get('periods', WINDOW) / told.get('hop_periods', WINDOW))
+    settings = estimate.quality.get('settings', {})
+    apart = math.ceil(settings.get('periods', WINDOW) / settings.get('hop_periods', WINDOW))
     return [_of_curve(curve, spec, apart) for curve in estimate.curves]
 
 

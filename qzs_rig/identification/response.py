@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 
 from qzs_rig.identification.points import Complex, Points
 from qzs_rig.identification.unknowns import Unknowns
+from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady, transmissibility
 from qzs_rig.theory.oscillator import Oscillator
 
 WELL = 0.15
 """In units of L20; wells of A = 1.12 lie 0.07 from the middle."""
-STEP = 1e-5
-"""Of a parameter's scale, for central differences of the balance at fixed motion: truncation
-(1e-10) and rounding (1e-11) then weigh about the same, as the balance is smooth and of order 1."""
 EDGE = 0.003
 """Relative distance to the end of a branch below which a point is left out: there T moves like a
 square root, and neither a linear interval nor the measured frequency is good enough."""
@@ -165,25 +163,19 @@ def sensitivity(unknowns: Unknowns, values: Array, points: Points, response: Res
     """Slope of ln(u/v) in the parameters (n, p) at `values`, by implicit differentiation: the
     balance R(x, p) = 0 moves x by -J⁻¹ ∂R/∂p."""
     x, harmonics = response.x, response.x.shape[1] // 2
-    n, p = len(x), len(values)
-    residual, ratio = np.empty((p, n, x.shape[1])), np.empty((p, n), dtype=np.complex128)
-    for k, scale in enumerate(unknowns.scale.tolist()):
-        h = STEP * scale * np.eye(p)[k]
-        ends = [
-            Oscillator.driven(unknowns.applied(values + side * h), points.dof)
-            for side in (1.0, -1.0)
-        ]
-        omegas = [end.omega(points.frequency_hz) for end in ends]
-        above, below = (
-            HarmonicBalance(e, harmonics).residual(x, w) for e, w in zip(ends, omegas, strict=True)
-        )
-        over, under = (transmissibility(e, w, x) for e, w in zip(ends, omegas, strict=True))
-        residual[k] = (above - below) / (2 * STEP * scale)
-        ratio[k] = (over - under) / (2 * STEP * scale)
+
+    def unbalanced(spec: RunSpec) -> Complex:
+        """The balance, then u/v, at the same motion and frequency (n, 2H + 2)."""
+        there = Oscillator.driven(spec, points.dof)
+        omega = there.omega(points.frequency_hz)
+        left = HarmonicBalance(there, harmonics).residual(x, omega)
+        return np.column_stack([left, transmissibility(there, omega, x)])
+
+    changes = unknowns.slopes(unbalanced, values)
     jacobian = HarmonicBalance(response.plant, harmonics).jacobian(x, response.omega)
-    moved = -np.linalg.solve(jacobian, residual.transpose(1, 2, 0))
+    moved = -np.linalg.solve(jacobian, changes[..., :-1].real.transpose(1, 2, 0))
     base = response.plant.base(response.omega)[:, None]
-    slope = ratio.T + (moved[:, 1] - 1j * moved[:, 2]) / base
+    slope = changes[..., -1].T + (moved[:, 1] - 1j * moved[:, 2]) / base
     return np.asarray(slope / response.ratio[:, None])
 
 

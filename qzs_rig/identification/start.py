@@ -14,6 +14,7 @@ import numpy as np
 from qzs_rig.identification.points import Points
 from qzs_rig.identification.response import centred, ratios
 from qzs_rig.identification.unknowns import TRIM, Unknowns
+from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
 from qzs_rig.theory.oscillator import Oscillator
@@ -40,13 +41,8 @@ def elsewhere(unknowns: Unknowns, values: Array) -> list[Array]:
 
 def idle(unknowns: Unknowns, parts: Sequence[Points]) -> list[str]:
     """Names of the unknowns that do not enter the balance of the measured motions at all."""
-    here = _errors(unknowns, unknowns.start, parts)
-    steps = zip(unknowns.names, 1e-4 * np.diag(unknowns.scale), strict=True)
-    return [
-        name
-        for name, step in steps
-        if np.array_equal(_errors(unknowns, unknowns.start + step, parts), here)
-    ]
+    slopes = unknowns.slopes(lambda spec: _errors(spec, parts), unknowns.start)
+    return [name for name, slope in zip(unknowns.names, slopes, strict=True) if not slope.any()]
 
 
 def starts(unknowns: Unknowns, parts: Sequence[Points]) -> list[Array]:
@@ -58,7 +54,7 @@ def starts(unknowns: Unknowns, parts: Sequence[Points]) -> list[Array]:
     found = []
     for begin in (unknowns.start, *elsewhere(unknowns, unknowns.start)[1:]):
         best = least_squares(
-            lambda z: _errors(unknowns, z * scale, parts),
+            lambda z: _errors(unknowns.applied(z * scale), parts),
             unknowns.bounded(begin) / scale,
             '3-point',
             bounds,
@@ -72,9 +68,9 @@ def starts(unknowns: Unknowns, parts: Sequence[Points]) -> list[Array]:
     return kept
 
 
-def _errors(unknowns: Unknowns, values: Array, parts: Sequence[Points]) -> Array:
+def _errors(spec: RunSpec, parts: Sequence[Points]) -> Array:
     """What one harmonic and the mean leave unbalanced, over the drive and 0.1 + T."""
-    spec, errors = unknowns.applied(values), []
+    errors = []
     for points in parts:
         there = Oscillator.driven(spec, points.dof)
         omega, balance = there.omega(points.frequency_hz), HarmonicBalance(there, 1)

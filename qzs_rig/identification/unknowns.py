@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from qzs_rig.units import DOFS
 
 TRIM = 'platform.payload_trim'
 DEFAULT = ('platform.zeta', 'platform.A', TRIM)
+STEP = 1e-5
+"""Of a parameter's scale, for central differences of the balance at fixed motion: truncation
+(1e-10) and rounding (1e-11) then weigh about the same, as the balance is smooth and of order 1."""
 TRIM_SHARE = 0.01
 """Of the payload: a trim known no better than this is not known."""
 WORTH = 0.25
@@ -28,8 +32,8 @@ FARTHEST = 30.0
 
 @dataclass(frozen=True)
 class Unknown:
-    """One fitted parameter: `reference` is what it is told relative to (the payload for a trim,
-    else the start); `scale` is the standard deviation at which it counts as not
+    """One fitted parameter: `reference` is what its changes are relative to (the payload for a
+    trim, else the start); `scale` is the standard deviation at which it counts as not
     determined, and the measure of a step; it stays within `low` and `high`."""
 
     name: str
@@ -50,7 +54,7 @@ class Unknowns:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all, as --set knows them."""
+        """Their names, as --set knows them."""
         return tuple(item.name for item in self.items)
 
     @property
@@ -60,8 +64,13 @@ class Unknowns:
 
     @property
     def scale(self) -> Array:
-        """Of all (p,)."""
+        """What each is worth (p,), see `Unknown`."""
         return np.array([item.scale for item in self.items])
+
+    @property
+    def reference(self) -> Array:
+        """What changes of each are relative to (p,)."""
+        return np.array([item.reference for item in self.items])
 
     @property
     def low(self) -> Array:
@@ -81,6 +90,16 @@ class Unknowns:
         """Names of those that `values` has at a bound, to NEAR of their scale."""
         room = np.minimum(values - self.low, self.high - values) / self.scale
         return [name for name, left in zip(self.names, room.tolist(), strict=True) if left < NEAR]
+
+    def slopes(self, function: Callable[[RunSpec], Any], values: Array) -> Array:
+        """Slopes (p, ...) of `function` of the run in the parameters at `values` (p,), by central
+        differences."""
+
+        def at(values: Array) -> Any:
+            return function(self.applied(values))
+
+        steps = np.diag(STEP * self.scale)
+        return np.array([(at(values + h) - at(values - h)) / (2 * h.sum()) for h in steps])
 
     def applied(self, values: Array) -> RunSpec:
         """The run with `values` (p,)."""

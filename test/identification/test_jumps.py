@@ -29,7 +29,7 @@ def test_a_platform_that_jumps_there_is_found(found):
 def test_four_frequencies_fix_combinations_and_no_parameter(found):
     assert 1 <= len(found.fixed) <= 4
     assert [d.std for d in found.directions][4:] > [1e3, 1e3]
-    assert jumps.determined(found) == []
+    assert found.determined == []
     document = jumps_document(found)
     assert not any(item['determined'] for item in document['parameters'])
     assert 'no parameter by itself' in jumps_text(found)
@@ -37,7 +37,7 @@ def test_four_frequencies_fix_combinations_and_no_parameter(found):
 
 def test_the_best_known_combination_is_fixed(found):
     """Along the free combinations the jumps stay, along the best known they go."""
-    reference = np.array([item.reference for item in found.unknowns.items])
+    reference = found.unknowns.reference
 
     def jump_hz(change):
         spec = found.unknowns.applied(found.values + change * reference)
@@ -55,7 +55,7 @@ def test_the_best_known_combination_is_fixed(found):
 def test_one_parameter_is_determined_by_its_jump():
     one = jumps.Jump('vertical', 'jump_up', 2.2, 0.05)
     found = jumps.fixed_by(jumps.paper_spec({}), [one], ('platform.k1',))
-    assert jumps.determined(found) == ['platform.k1']
+    assert found.determined == ['platform.k1']
     assert 'but platform.k1' in jumps_text(found)
 
 
