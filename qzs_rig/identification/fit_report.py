@@ -11,7 +11,7 @@ from qzs_rig.identification.fit import Set
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.intervals import LEVEL, Direction
 from qzs_rig.identification.jumps import KNOWN, Fixed
-from qzs_rig.identification.response import Response
+from qzs_rig.identification.point_response import Response
 from qzs_rig.identification.unknowns import TRIM, Unknowns
 from qzs_rig.report.names import direction_name, dof_name, event_name
 from qzs_rig.report.response_page import branch_curves

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.identification.fit import HARMONICS, Fit, Set, cost, fits
+from qzs_rig.identification.fit import Fit, Set
 from qzs_rig.identification.intervals import LEVEL, Covariance, Interval, covariance, intervals
+from qzs_rig.identification.minima import HARMONICS, cost, fits, idle
+from qzs_rig.identification.point_response import Response, followed, iso_limit
 from qzs_rig.identification.points import Points
-from qzs_rig.identification.response import Response, followed, iso_limit
-from qzs_rig.identification.start import idle
 from qzs_rig.identification.unknowns import TRIM, unknowns
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array

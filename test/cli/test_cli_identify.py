@@ -9,7 +9,7 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.cli.main import execute
-from qzs_rig.identification.response import followed, motion_of
+from qzs_rig.identification.point_response import followed, motion_of
 from qzs_rig.theory.oscillator import Oscillator
 
 TRUE = {'platform.zeta': 0.08, 'platform.A': 1.09}

@@ -71,6 +71,14 @@ def test_given_deviations_are_judged_and_widened(bench):
     assert boasting.known.std == pytest.approx(honest.known.std, rel=0.5)
 
 
+def test_a_parameter_at_its_bound_is_named(bench):
+    # looked for down to a thirtieth of 2.6, which is above the true 0.08
+    far = {'platform.zeta': 2.6, 'platform.A': 1.1, 'platform.payload_trim': 0.3}
+    found = identify(bench.spec.override(far), [bench.points(0, 0.01)], ('platform.zeta',))
+    assert found.fit.values == pytest.approx([2.6 / 30.0], rel=1e-4)
+    assert any('platform.zeta ended at a bound' in text for text in found.cautions)
+
+
 def test_what_the_points_do_not_determine_is_named(bench):
     ratios = bench.spec.override(
         {'platform.A': 1.11, 'platform.k3_hat': 0.1, 'platform.zeta': 0.08}

@@ -11,8 +11,7 @@ from qzs_rig import scenario
 from qzs_rig.errors import InputError
 from qzs_rig.identification.fit import LOST, Fit, Set, minimised
 from qzs_rig.identification.jumps import Fold, fold_near, left_null
-from qzs_rig.identification.points import read_csv
-from qzs_rig.identification.response import (
+from qzs_rig.identification.point_response import (
     followed,
     iso_limit,
     nearest,
@@ -20,6 +19,7 @@ from qzs_rig.identification.response import (
     sensitivity,
     swept_over_steady,
 )
+from qzs_rig.identification.points import read_csv
 from qzs_rig.identification.unknowns import unknowns
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady
 from qzs_rig.theory.balance.response import frequency_response
