@@ -150,12 +150,12 @@ class Case:
 
     @classmethod
     def proposed(cls, p: Proposal) -> Case:
-        """The case of a proposal."""
+        """A proposal under the level of its wish."""
         return cls(p.design, p.k1, p.L20, p.wish.mass, p.motion, p.wish.stroke)
 
     @classmethod
     def of_spec(cls, spec: RunSpec, stroke: float | None = None) -> Case:
-        """The case of a scenario: its platform under its vertical excitation."""
+        """The platform of a scenario under its vertical excitation."""
         platform = Platform.from_spec(spec)
         level = spec.number('excitation.amplitude.vertical')
         L20 = spec.number('platform.L20')

@@ -26,7 +26,7 @@ LOST = 3.0
 
 
 @dataclass(frozen=True)
-class Set:
+class DataSet:
     """The points of one degree of freedom as the fit counts them.
 
     `why` (n,) says why a point does not count, nothing where it does; `lag` (n,) is u/v as swept
@@ -39,7 +39,7 @@ class Set:
     lag: Complex
     noise: tuple[float, float]
 
-    def missed(self, ratio: Complex) -> tuple[Array, Array]:
+    def residuals(self, ratio: Complex) -> tuple[Array, Array]:
         """Residuals (2n,) of magnitude, then of phase, given u/v (n,) settled; and the weights
         (2n,) by which they fall as ln u/v grows."""
         points, shown = self.points, ratio * self.lag
@@ -65,28 +65,28 @@ class Set:
 
 @dataclass(frozen=True)
 class Fit:
-    """The parameters `values` (p,) held against the points: a Set and the Response to it for each
-    degree of freedom. Residuals are all magnitudes and phases (m,), set by set, in standard
-    deviations."""
+    """The parameters `values` (p,) held against the points: a DataSet and the Response at its
+    points for each degree of freedom. Residuals are all magnitudes, then all phases of a set, set
+    by set (m,), in standard deviations."""
 
     unknowns: Unknowns
-    sets: tuple[Set, ...]
+    sets: tuple[DataSet, ...]
     values: Array
     responses: tuple[Response, ...]
 
     @cached_property
-    def misses(self) -> Array:
+    def all_residuals(self) -> Array:
         """Residuals (m,), those too that do not count."""
         pairs = zip(self.sets, self.responses, strict=True)
-        return np.concatenate([item.missed(there.ratio)[0] for item, there in pairs])
+        return np.concatenate([item.residuals(there.ratio)[0] for item, there in pairs])
 
     @cached_property
-    def slopes(self) -> Array:
-        """Slopes of `misses` in the parameters (m, p)."""
+    def all_slopes(self) -> Array:
+        """Slopes of `all_residuals` in the parameters (m, p)."""
         found = []
         for item, there in zip(self.sets, self.responses, strict=True):
             slope = sensitivity(self.unknowns, self.values, item.points, there)
-            weight = item.missed(there.ratio)[1][:, None]
+            weight = item.residuals(there.ratio)[1][:, None]
             found.append(-weight * np.concatenate([slope.real, slope.imag]))
         return np.concatenate(found)
 
@@ -104,17 +104,17 @@ class Fit:
     @property
     def residual(self) -> Array:
         """The residuals of what is `good`."""
-        return self.misses[self.good]
+        return self.all_residuals[self.good]
 
     @property
     def jacobian(self) -> Array:
         """Slopes of `residual` in the parameters."""
-        return self.slopes[self.good]
+        return self.all_slopes[self.good]
 
     @property
     def penalised(self) -> Array:
         """The residuals of what is `counted`; one whose branch has ended is LOST."""
-        return np.where(self.good, self.misses, LOST)[self.counted]
+        return np.where(self.good, self.all_residuals, LOST)[self.counted]
 
     @property
     def weighted(self) -> bool:
@@ -123,7 +123,7 @@ class Fit:
 
     @property
     def freedom(self) -> int:
-        """Residuals beyond parameters."""
+        """Degrees of freedom: residuals less parameters."""
         return len(self.residual) - len(self.values)
 
     def moved(self, values: Array) -> Fit:
@@ -177,7 +177,7 @@ def minimised(fit: Fit, free: NDArray[np.bool_], tolerance: float) -> Fit:
         """Asked for only where a step was taken."""
         nonlocal near
         near = there(z)
-        slopes = np.where(near.good[:, None], near.slopes[:, free] * scale, 0.0)
+        slopes = np.where(near.good[:, None], near.all_slopes[:, free] * scale, 0.0)
         return slopes[fit.counted]
 
     best = least_squares(

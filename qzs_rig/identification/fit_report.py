@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.identification.fit import Set
+from qzs_rig.identification.fit import DataSet
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.intervals import LEVEL, Direction
 from qzs_rig.identification.jumps import KNOWN, Fixed
@@ -28,7 +28,7 @@ SCHEMA = 'qzs_rig/identification/1'
 
 
 def fit_text(found: Identified) -> str:
-    """Everything for the terminal."""
+    """Tables of parameters, correlations and points, and what to do about the payload, as text."""
     parts = [parameters(found).to_text(), point_table(found).to_text()]
     if len(found.intervals) > 1:
         parts.insert(1, correlations(found).to_text())
@@ -131,7 +131,7 @@ def fit_document(found: Identified) -> dict[str, Any]:
 
 
 def combination_list(unknowns: Unknowns, directions: Sequence[Direction]) -> list[dict[str, Any]]:
-    """`combinations` for programs."""
+    """The rows of `combinations`, ready for JSON: weights by parameter, relative_std."""
     return [
         {
             'weights': dict(zip(unknowns.names, d.weights.tolist(), strict=True)),
@@ -141,7 +141,7 @@ def combination_list(unknowns: Unknowns, directions: Sequence[Direction]) -> lis
     ]
 
 
-def _points(item: Set, response: Response) -> dict[str, Any]:
+def _points(item: DataSet, response: Response) -> dict[str, Any]:
     measured, shown = item.points, response.ratio * item.lag
     return {
         'dof': measured.dof,
@@ -158,7 +158,7 @@ def _points(item: Set, response: Response) -> dict[str, Any]:
 
 
 def jumps_text(found: Fixed) -> str:
-    """For the terminal."""
+    """Tables of the jumps, of a platform that jumps there and of what is fixed, as text."""
     items = zip(found.jumps, found.predicted_hz.tolist(), found.T.tolist(), strict=True)
     rows = tuple(
         (
@@ -226,14 +226,14 @@ def fit_sheet(found: Identified) -> Sheet:
     at = 0
     for item in found.fit.sets:
         n = 2 * len(item.points)
-        residual = found.fit.misses[at : at + n].reshape(2, -1)
+        residual = found.fit.all_residuals[at : at + n].reshape(2, -1)
         columns.append(_column(found, item, residual))
         at += n
     panels = tuple(panel for row in zip(*columns, strict=True) for panel in row)
     return Sheet('fit', 'Fitted platform', '', panels, columns=len(columns), linked=True)
 
 
-def _column(found: Identified, item: Set, residual: Array) -> tuple[Panel, Panel, Panel]:
+def _column(found: Identified, item: DataSet, residual: Array) -> tuple[Panel, Panel, Panel]:
     points = item.points
     there = Oscillator.driven(found.spec, points.dof)
     omega = there.omega(points.frequency_hz)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.identification.fit import Fit, Set
+from qzs_rig.identification.fit import DataSet, Fit
 from qzs_rig.identification.intervals import LEVEL, Covariance, Interval, covariance, intervals
 from qzs_rig.identification.minima import HARMONICS, cost, fits, idle
 from qzs_rig.identification.point_response import Response, followed, iso_limit
@@ -112,7 +112,7 @@ def _truncated(fit: Fit, harmonics: int) -> bool:
         x = np.zeros((len(item.points), 4 * harmonics + 3))
         x[:, : response.x.shape[1]] = response.x
         finer = followed(response.plant, item.points.frequency_hz, x)
-        coarse, fine = (item.missed(r.ratio)[0] for r in (response, finer))
+        coarse, fine = (item.residuals(r.ratio)[0] for r in (response, finer))
         counted = item.counted & np.tile(finer.good & response.good, 2)
         if np.any(np.abs(fine - coarse)[counted] > TRUNCATION):
             return True
@@ -168,7 +168,7 @@ def _values(fit: Fit) -> str:
     return ', '.join(f'{name} = {value:.4g}' for name, value in pairs)
 
 
-def _points_said(item: Set, response: Response) -> list[str]:
+def _points_said(item: DataSet, response: Response) -> list[str]:
     """About the points of one degree of freedom."""
     said, dof, n = [], item.points.dof, len(item.points)
     used = int(np.count_nonzero(item.use))

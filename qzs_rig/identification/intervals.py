@@ -48,7 +48,7 @@ class Covariance:
 
     @property
     def std(self) -> Array:
-        """Standard errors (p,)."""
+        """Standard errors of the parameters (p,)."""
         return np.asarray(np.sqrt(np.diag(self.matrix)))
 
     def path(self, k: int) -> Array:
@@ -58,7 +58,7 @@ class Covariance:
 
     @property
     def correlation(self) -> Array:
-        """Of the estimates (p, p)."""
+        """Correlations of the estimates with each other (p, p)."""
         return np.asarray(self.matrix / np.outer(self.std, self.std))
 
 
@@ -109,7 +109,7 @@ def directions(unknowns: Unknowns, S: Array, Vt: Array) -> tuple[Direction, ...]
 
 
 def intervals(fit: Fit, known: Covariance) -> tuple[Interval, ...]:
-    """One for each parameter."""
+    """The interval of each parameter, in their order."""
     from scipy.special import stdtrit
 
     t = float(stdtrit(max(fit.freedom, 1), 1.0 - (1.0 - LEVEL) / (2 * len(fit.values))))

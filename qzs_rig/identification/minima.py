@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.identification.fit import Fit, Set, minimised
+from qzs_rig.identification.fit import DataSet, Fit, minimised
 from qzs_rig.identification.point_response import (
     Response,
     centred,
@@ -78,7 +78,7 @@ def cost(fit: Fit, yardstick: Fit) -> float:
     branch of a fit meets counts as an outlier, so that no fit wins by leaving out."""
     total = 0.0
     for item, response, by in zip(fit.sets, fit.responses, yardstick.sets, strict=True):
-        r, _ = replace(by, lag=item.lag).missed(response.ratio)
+        r, _ = replace(by, lag=item.lag).residuals(response.ratio)
         there = np.concatenate([np.ones(len(item.points), bool), item.points.phased])
         met = np.tile(response.good, 2)
         capped = np.where(met, np.minimum(r**2, OUTLIER**2), OUTLIER**2)
@@ -121,7 +121,7 @@ def _settled(
     return replace(fit, sets=final)
 
 
-def _set(points: Points, response: Response, noise: tuple[float, float], strict: bool) -> Set:
+def _set(points: Points, response: Response, noise: tuple[float, float], strict: bool) -> DataSet:
     """The points that count; with `strict`, once the noise is known, outliers do not."""
     why = np.full(len(points), '', dtype='<U16')
     lag = np.ones(len(points), dtype=np.complex128)
@@ -133,9 +133,9 @@ def _set(points: Points, response: Response, noise: tuple[float, float], strict:
         why[fast], lag[fast] = FAST, 1.0
     why[ends_near(response, points.frequency_hz)] = FOLD
     why[~response.good] = ASTRAY
-    item = Set(points, why, lag, noise)
+    item = DataSet(points, why, lag, noise)
     if strict:
-        r, _ = item.missed(response.ratio)
+        r, _ = item.residuals(response.ratio)
         far = np.abs(np.where(item.counted, r, 0.0)).reshape(2, -1).max(axis=0) > OUTLIER
         why[far] = ASTRAY
     return item
@@ -154,7 +154,7 @@ def _noise(fit: Fit, spread: Callable[[Array], float]) -> list[tuple[float, floa
         pair = []
         for sigma in item.noise:
             part = slice(at, at + len(item.points))
-            r = fit.misses[part][fit.good[part]] * sigma
+            r = fit.all_residuals[part][fit.good[part]] * sigma
             level = spread(r) / spent**0.5 if r.size else 1.0
             pair.append(max(level, LEAST_NOISE))
             at += len(item.points)
@@ -163,12 +163,12 @@ def _noise(fit: Fit, spread: Callable[[Array], float]) -> list[tuple[float, floa
 
 
 def usual(r: Array) -> float:
-    """By the median, which transitions and free vibration do not widen."""
+    """Standard deviation by the median, which transitions and free vibration do not widen."""
     return float(1.4826 * np.median(np.abs(r)))
 
 
 def quadratic(r: Array) -> float:
-    """Root mean square."""
+    """Standard deviation of residuals by their root mean square."""
     return float(np.sqrt(np.mean(r**2)))
 
 

@@ -59,7 +59,7 @@ class Unknowns:
 
     @property
     def start(self) -> Array:
-        """Where the fit begins (p,)."""
+        """The values that the fit begins at (p,)."""
         return np.array([item.start for item in self.items])
 
     @property
@@ -102,7 +102,7 @@ class Unknowns:
         return np.array([(at(values + h) - at(values - h)) / (2 * h.sum()) for h in steps])
 
     def applied(self, values: Array) -> RunSpec:
-        """The run with `values` (p,)."""
+        """The run with the fitted parameters set to `values` (p,)."""
         return self.spec.override(dict(zip(self.names, values.tolist(), strict=True)))
 
 

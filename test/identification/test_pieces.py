@@ -9,7 +9,7 @@ import pytest
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.identification.fit import LOST, Fit, Set, minimised
+from qzs_rig.identification.fit import LOST, DataSet, Fit, minimised
 from qzs_rig.identification.jumps import Fold, fold_near, left_null
 from qzs_rig.identification.point_response import (
     followed,
@@ -51,7 +51,9 @@ def test_a_point_that_loses_its_branch_keeps_its_motion_and_counts_as_lost(bench
     wanted = unknowns(bench.spec, ('platform.zeta', 'platform.A'), ['vertical'])
     points = bench.points()
     here = nearest(Oscillator.driven(bench.spec, 'vertical'), points, 5)
-    counted = Set(points, np.where(here.good, '', 'on no branch'), np.ones(20, complex), (0.1, 0.1))
+    counted = DataSet(
+        points, np.where(here.good, '', 'on no branch'), np.ones(20, complex), (0.1, 0.1)
+    )
     fit = Fit(wanted, (counted,), wanted.start, (here,))
     # damped eight times as much the upper branch ends earlier
     damped = fit.moved(wanted.start * [8.0, 1.0])
