@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from qzs_rig.files import finite_or_none
 from qzs_rig.identification.fit import DataSet
 from qzs_rig.identification.identify import Identified
 from qzs_rig.identification.intervals import LEVEL, Direction
@@ -42,11 +43,12 @@ def fit_text(found: Identified) -> str:
 def parameters(found: Identified) -> Table:
     """Estimates with their intervals."""
     rows = []
-    items = zip(found.fit.unknowns.items, found.fit.values, found.intervals, strict=True)
-    for item, value, limit in items:
+    fitted = found.fit.unknowns
+    items = zip(fitted.names, fitted.units, found.fit.values, found.intervals, strict=True)
+    for name, unit, value, limit in items:
         known = f'{value:.6g}' if limit.determined else 'not determined'
         span = (f'{limit.low:.6g}', f'{limit.high:.6g}')
-        rows.append((item.name, item.unit, known, f'{limit.std:.2g}', *span, limit.method))
+        rows.append((name, unit, known, f'{limit.std:.2g}', *span, limit.method))
     header = ('parameter', 'unit', 'estimate', '±', '95 % from', 'to', 'interval')
     return Table('Fitted parameters; the intervals hold together', header, tuple(rows))
 
@@ -71,10 +73,10 @@ def combinations(unknowns: Unknowns, directions: Sequence[Direction]) -> Table:
 def formula(unknowns: Unknowns, direction: Direction) -> str:
     """A combination in letters, small parts left out; a trim is shown over the payload."""
     terms = []
-    for item, weight in zip(unknowns.items, direction.weights.tolist(), strict=True):
+    for name, weight in zip(unknowns.names, direction.weights.tolist(), strict=True):
         if abs(weight) >= 0.02:
-            below = 'm' if item.name == TRIM else _short(item.name)
-            terms.append(f'{weight:+.2f} Δ{_short(item.name)}/{below}')
+            below = 'm' if name == TRIM else _short(name)
+            terms.append(f'{weight:+.2f} Δ{_short(name)}/{below}')
     return ' '.join(terms)
 
 
@@ -106,12 +108,13 @@ def point_table(found: Identified) -> Table:
 def fit_document(found: Identified) -> dict[str, Any]:
     """The whole result, ready for JSON."""
     fit, advice = found.fit, found.advice
-    items = zip(fit.unknowns.items, fit.values.tolist(), found.intervals, strict=True)
+    names, units = fit.unknowns.names, fit.unknowns.units
+    items = zip(names, units, fit.values.tolist(), found.intervals, strict=True)
     return {
         'schema': SCHEMA,
         'parameters': [
-            {'name': item.name, 'unit': item.unit, 'estimate': value, **vars(limit)}
-            for item, value, limit in items
+            {'name': name, 'unit': unit, 'estimate': value, **vars(limit)}
+            for name, unit, value, limit in items
         ],
         'confidence': LEVEL,
         'jointly': True,
@@ -172,8 +175,9 @@ def jumps_text(found: Fixed) -> str:
         for jump, hz, T in items
     )
     header = ('degree of freedom', 'event', 'measured Hz', '±', 'model Hz', 'T before')
-    values = zip(found.unknowns.items, found.values.tolist(), strict=True)
-    spent = tuple((i.name, i.unit, f'{i.start:.5g}', f'{v:.5g}') for i, v in values)
+    own = found.unknowns
+    values = zip(own.names, own.units, own.start, found.values, strict=True)
+    spent = tuple((name, unit, f'{start:.5g}', f'{v:.5g}') for name, unit, start, v in values)
     fixed = len(found.fixed)
     but = ', '.join(found.determined)
     said = (
@@ -197,7 +201,9 @@ def jumps_text(found: Fixed) -> str:
 
 def jumps_document(found: Fixed) -> dict[str, Any]:
     """The whole result, ready for JSON."""
-    predicted = [None if np.isnan(v) else v for v in found.predicted_hz.tolist()]
+    predicted = finite_or_none(found.predicted_hz)
+    own = found.unknowns
+    values = zip(own.names, own.units, own.start.tolist(), found.values.tolist(), strict=True)
     return {
         'schema': SCHEMA,
         'jumps': [
@@ -206,13 +212,13 @@ def jumps_document(found: Fixed) -> dict[str, Any]:
         ],
         'parameters': [
             {
-                'name': item.name,
-                'unit': item.unit,
-                'start': item.start,
+                'name': name,
+                'unit': unit,
+                'start': start,
                 'value': value,
-                'determined': item.name in found.determined,
+                'determined': name in found.determined,
             }
-            for item, value in zip(found.unknowns.items, found.values.tolist(), strict=True)
+            for name, unit, start, value in values
         ],
         'combinations': combination_list(found.unknowns, found.directions),
         'fixed': len(found.fixed),

@@ -18,7 +18,7 @@ from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
 
 WIDE = 4.0
-"""Half an interval over the standard error that a parameter is still worth (see Unknown.scale)."""
+"""Half an interval over the standard error that a parameter is still worth (see Unknowns.scale)."""
 MOST_HARMONICS = 31
 TRUNCATION = 0.3
 """Of the noise: what leaving out higher harmonics may change at any point."""
@@ -88,9 +88,7 @@ def identify(spec: RunSpec, parts: Sequence[Points], names: Sequence[str]) -> Id
     found = fits(wanted, parts, harmonics)
     while harmonics < MOST_HARMONICS and _truncated(found[0], harmonics):
         harmonics = 2 * harmonics + 1
-        pairs = zip(wanted.items, found[0].values.tolist(), strict=True)
-        items = tuple(replace(item, start=value) for item, value in pairs)
-        found = fits(replace(wanted, items=items), parts, harmonics)
+        found = fits(replace(wanted, start=found[0].values), parts, harmonics)
     best = found[0]
     if best.freedom < 1:
         raise InputError(

@@ -112,18 +112,19 @@ def intervals(fit: Fit, known: Covariance) -> tuple[Interval, ...]:
     """The interval of each parameter, in their order."""
     from scipy.special import stdtrit
 
+    wanted = fit.unknowns
     t = float(stdtrit(max(fit.freedom, 1), 1.0 - (1.0 - LEVEL) / (2 * len(fit.values))))
-    sighted = bool(np.all(known.std <= fit.unknowns.scale))
+    sighted = bool(np.all(known.std <= wanted.scale))
     found = []
-    for k, (item, std) in enumerate(zip(fit.unknowns.items, known.std.tolist(), strict=True)):
-        determined = std <= item.scale
+    for k, std in enumerate(known.std.tolist()):
+        determined = bool(std <= wanted.scale[k])
         ends = [fit.values[k] - t * std, fit.values[k] + t * std]
         method = 'linear'
         # along a valley without an end the held fits would stop short, and the profile be narrow
         if sighted and not _straight(fit, known, k, t):
             low, high = (_profile_end(fit, known, k, side * t) for side in (-1.0, 1.0))
             ends, method = [min(ends[0], low), max(ends[1], high)], 'profile'
-        low, high = np.clip(ends, item.low, item.high).tolist()
+        low, high = np.clip(ends, wanted.low[k], wanted.high[k]).tolist()
         found.append(Interval(low, high, std, determined, method))
     return tuple(found)
 

@@ -31,56 +31,22 @@ FARTHEST = 30.0
 
 
 @dataclass(frozen=True)
-class Unknown:
-    """One fitted parameter: `reference` is what its changes are relative to (the payload for a
-    trim, else the start); `scale` is the standard deviation at which it counts as not
-    determined, and the measure of a step; it stays within `low` and `high`."""
-
-    name: str
-    unit: str
-    start: float
-    reference: float
-    scale: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
 class Unknowns:
-    """The fitted parameters of `spec`, in order."""
+    """The fitted parameters of `spec`, in order: names as --set knows them, units, arrays (p,).
+
+    Values begin at `start` and stay within `low` and `high`. `reference` is what changes are
+    relative to (the payload for a trim, else the start); `scale` is the standard deviation at
+    which a parameter counts as not determined, and the measure of a step.
+    """
 
     spec: RunSpec
-    items: tuple[Unknown, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Their names, as --set knows them."""
-        return tuple(item.name for item in self.items)
-
-    @property
-    def start(self) -> Array:
-        """The values that the fit begins at (p,)."""
-        return np.array([item.start for item in self.items])
-
-    @property
-    def scale(self) -> Array:
-        """What each is worth (p,), see `Unknown`."""
-        return np.array([item.scale for item in self.items])
-
-    @property
-    def reference(self) -> Array:
-        """What changes of each are relative to (p,)."""
-        return np.array([item.reference for item in self.items])
-
-    @property
-    def low(self) -> Array:
-        """Lower bounds of all (p,)."""
-        return np.array([item.low for item in self.items])
-
-    @property
-    def high(self) -> Array:
-        """Upper bounds of all (p,)."""
-        return np.array([item.high for item in self.items])
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    start: Array
+    reference: Array
+    scale: Array
+    low: Array
+    high: Array
 
     def bounded(self, values: Array) -> Array:
         """`values` (p,) brought inside the bounds."""
@@ -125,8 +91,23 @@ def unknowns(spec: RunSpec, names: Sequence[str], dofs: Sequence[str]) -> Unknow
             raise InputError(
                 f'{dof} has no damping to start from; give --set platform.zeta=0.02 or so'
             )
-    items = tuple(_unknown(table[name], spec, platform, dofs[0]) for name in names)
-    found = Unknowns(spec, items)
+    chosen = [table[name] for name in names]
+    trim, m = np.array([name == TRIM for name in names]), spec.number('platform.m')
+    start = np.array([_start(parameter, spec, platform, dofs[0]) for parameter in chosen])
+    reference = np.where(trim, m, start)
+    margin = 1e-3 * start  # room for the differences in sensitivity
+    least = np.maximum([p.minimum for p in chosen] + margin, start / FARTHEST)
+    most = np.minimum([p.maximum for p in chosen] - margin, start * FARTHEST)
+    found = Unknowns(
+        spec,
+        tuple(names),
+        tuple(p.unit for p in chosen),
+        start,
+        reference,
+        scale=reference * np.where(trim, TRIM_SHARE, WORTH),
+        low=np.where(trim, -0.5 * m, least),
+        high=np.where(trim, 2.0 * m, most),
+    )
     found.applied(found.start)  # two words for one thing are refused here
     return found
 
@@ -136,18 +117,12 @@ def _fittable(parameter: Parameter) -> bool:
     return parameter.section == 'platform' and parameter.kind is float and not coupled
 
 
-def _unknown(parameter: Parameter, spec: RunSpec, platform: Platform, dof: str) -> Unknown:
+def _start(parameter: Parameter, spec: RunSpec, platform: Platform, dof: str) -> float:
+    """The value that the run has, or what an unset parameter amounts to; 0 only for a trim."""
     start = spec.optional(parameter.name)
     if start is None:
         start = _implied(parameter.name, platform, DOFS.index(dof))
-    if parameter.name == TRIM:
-        m = spec.number('platform.m')
-        return Unknown(parameter.name, parameter.unit, start, m, TRIM_SHARE * m, -0.5 * m, 2.0 * m)
-    start = start or 0.01
-    margin = 1e-3 * start  # room for the differences in sensitivity
-    low = max(parameter.minimum + margin, start / FARTHEST)
-    high = min(parameter.maximum - margin, start * FARTHEST)
-    return Unknown(parameter.name, parameter.unit, start, start, WORTH * start, low, high)
+    return start if parameter.name == TRIM else start or 0.01
 
 
 def _implied(name: str, platform: Platform, dof: int) -> float:
