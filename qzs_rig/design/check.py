@@ -16,6 +16,7 @@ from qzs_rig.mechanics.restoring.law import Design
 from qzs_rig.mechanics.spring_selection import Checked, CheckedLeaf, Wanted
 from qzs_rig.mechanics.statics import Conditions, conditions, saturated_load, suspension_for
 from qzs_rig.parameters import RunSpec
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import GRAVITY
 
 ZERO = 1e-9
@@ -157,12 +158,9 @@ class Case:
     def of_spec(cls, spec: RunSpec, stroke: float | None = None) -> Case:
         """The platform of a scenario under its vertical excitation."""
         platform = Platform.from_spec(spec)
-        level = spec.number('excitation.amplitude.vertical')
         L20 = spec.number('platform.L20')
-        held = spec.text('excitation.quantity')
-        law = (*platform.cubic[0], platform.zeta[0], platform.omega0[0])
-        c2 = 0.0 if platform.rest[0] else platform.law.taylor(platform.design)[0][1]
-        motion = Motion(*law, L20, level, held, c2) if level else None
+        moves = spec.number('excitation.amplitude.vertical') > 0.0
+        motion = Motion(Oscillator.driven(spec, 'vertical')) if moves else None
         return cls(platform.design, platform.stiffness[0], L20, platform.mass[0], motion, stroke)
 
 
@@ -217,8 +215,9 @@ def critical(case: Case) -> str | None:
     motion = case.motion
     if motion is None or not motion.unbounded or motion.critical_hat is None:
         return None
+    level, most = (hat * case.L20 for hat in (motion.oscillator.amplitude, motion.critical_hat))
     return (
-        f'{motion.level:g} m is beyond the critical amplitude {motion.critical_hat * case.L20:.4g} '
+        f'{level:g} m is beyond the critical amplitude {most:.4g} '
         'm (2 zeta L20/sqrt(3/4 c3)): in one-term theory the resonance has no peak and no '
         'jump-down; lower the displacement, damp more, or hold the acceleration constant'
     )

@@ -21,6 +21,7 @@ from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import Design
 from qzs_rig.mechanics.statics import suspension_for
 from qzs_rig.parameters import RunSpec
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import GRAVITY, QUANTITIES
 
 HALF_SPAN = 0.5
@@ -138,9 +139,11 @@ def ratios(k3: float) -> Design:
 
 def motion(wish: Wish, design: Design, L20: float) -> Motion:
     """The vertical motion with c1 = 0 by (16) and omega0² = g/(b L20)."""
-    _, c2, c3 = RESTORING['corrected'].taylor(design)[0]
     omega0 = math.sqrt(GRAVITY / (design.b * L20))
-    return Motion(0.0, c3, wish.zeta, omega0, L20, wish.level, wish.held, c2)
+    still = Oscillator(
+        RESTORING['corrected'], 'vertical', design, wish.zeta, 0.0, omega0=omega0, length=L20
+    )
+    return Motion(still.under(wish.level, wish.held))
 
 
 def spring_length(wish: Wish, design: Design) -> float:
@@ -161,7 +164,7 @@ def _for_onset(wish: Wish, design: Design) -> float:
 
     def late(L20: float) -> bool:
         case = motion(wish, design, L20)
-        return (case.omega_onset or 0.0) * case.omega0 > wanted
+        return (case.omega_onset or 0.0) * case.oscillator.omega0 > wanted
 
     short = wish.level / (LEVEL_MARGIN * critical)
     if not late(short):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from qzs_rig.design.check import QUASI_ZERO, Case, warnings
@@ -56,8 +55,8 @@ def _motion(case: Case) -> list[Table]:
     if r is None or m is None:
         return []
     rows = [
-        ('omega0/(2 pi), Hz', f'{m.omega0 / (2 * math.pi):.4g}'),
-        ('zeta', f'{m.zeta:.4g}'),
+        ('omega0/(2 pi), Hz', f'{m.oscillator.hertz:.4g}'),
+        ('zeta', f'{m.oscillator.zeta:.4g}'),
         ('onset: T < 1 above, Hz', number(r.onset)),
         ('the same at vanishing level (E20), Hz', number(m.settled)),
         ('peak, Hz', number(r.peak_hz)),
@@ -68,7 +67,9 @@ def _motion(case: Case) -> list[Table]:
         ('stroke, mm', number(case.stroke and 1e3 * case.stroke, '.4g')),
     ]
     if m.critical_hat is not None:
-        rows.append(('critical displacement, mm', f'{1e3 * m.critical_hat * m.length:.4g}'))
+        rows.append(
+            ('critical displacement, mm', f'{1e3 * m.critical_hat * m.oscillator.length:.4g}')
+        )
     return [Table('Vertical motion at this level, one-term theory', ('what', 'is'), tuple(rows), 1)]
 
 
@@ -119,7 +120,7 @@ def _margins(case: Case, p: Proposal | None) -> dict[str, float | None]:
     """Spare over wanted; None where there is nothing to compare."""
     r = case.response
     critical = case.motion.critical_hat if case.motion else None
-    level = case.motion.amplitude_hat if case.motion else 0.0
+    level = case.motion.oscillator.amplitude if case.motion else 0.0
     return {
         'onset': 1.0 - r.onset / p.wish.onset if p and r and r.onset is not None else None,
         'stroke': 1.0 - r.relative / case.stroke

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from qzs_rig.samples import Array
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import SingleTerm, folds, onset_omega, peak, single_term
-from qzs_rig.units import QUANTITIES
 
 FLAT = 1e-9
 """c1 below which the stiffness at the working point is zero, but for rounding."""
@@ -40,53 +40,37 @@ class Response(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion:
-    """c1 w + c3 w³ at damping ratio `zeta`, dimensionless by omega0 (rad/s) and length (m), under
-    a base amplitude `level` in the unit of `held`."""
+    """The vertical motion of an `oscillator`, in one harmonic of its law's odd cubic part."""
 
-    c1: float
-    c3: float
-    zeta: float
-    omega0: float
-    length: float
-    level: float
-    held: str
-    c2: float = 0.0
+    oscillator: Oscillator
 
     @property
     def settled(self) -> float:
         """Onset at vanishing level, Hz, for c1 = 0: the even term c2 w² lets the plate settle at
         w = -c2/c3 (erratum E20), where its stiffness is c2²/c3; T = 1 at sqrt(2) of that."""
-        if abs(self.c1) > FLAT or not self.c3 > 0.0:
+        own = self.oscillator
+        (_, c2, _), (c1, c3) = own.law.taylor(own.design)[0], own.cubic
+        if own.load or abs(c1) > FLAT or not c3 > 0.0:
             return 0.0
-        return self.omega0 / (2.0 * math.pi) * math.sqrt(2.0 * self.c2**2 / self.c3)
+        return own.hertz * math.sqrt(2.0 * c2**2 / c3)
 
-    @property
-    def amplitude_hat(self) -> float:
-        """Base displacement over length at omega0; it falls as Omega^-falloff."""
-        return self.level / self.omega0**self.falloff / self.length
-
-    @property
-    def falloff(self) -> int:
-        """The power of frequency by which the base displacement falls: 0, 1 or 2."""
-        return QUANTITIES.index(self.held)
-
-    @property
+    @cached_property
     def _law(self) -> tuple[float, float, float, float, int]:
-        return self.c1, self.c3, self.zeta, self.amplitude_hat, self.falloff
+        own = self.oscillator
+        return *own.cubic, own.zeta, own.amplitude, own.falloff
 
     @property
     def critical_hat(self) -> float | None:
         """Base amplitude (over length) from which the one-term peak is unbounded: 2 zeta over
         sqrt(3/4 c3). Only a constant displacement has one, on a hardening law."""
-        if self.held != 'displacement' or not self.c3 > 0.0:
-            return None
-        return 2.0 * self.zeta / math.sqrt(0.75 * self.c3)
+        _, c3, zeta, _, falloff = self._law
+        return None if falloff or not c3 > 0.0 else 2.0 * zeta / math.sqrt(0.75 * c3)
 
     @property
     def unbounded(self) -> bool:
         """Whether the level reaches the critical amplitude; undamped, every level does."""
-        critical = self.critical_hat
-        return self.zeta == 0.0 or (critical is not None and self.amplitude_hat >= critical)
+        own, critical = self.oscillator, self.critical_hat
+        return own.zeta == 0.0 or (critical is not None and own.amplitude >= critical)
 
     @cached_property
     def omega_onset(self) -> float | None:
@@ -106,7 +90,7 @@ class Motion:
         onset = self.omega_onset
         if onset is None:
             return Response(None, None, None, None, None, None)
-        to_hz = self.omega0 / (2.0 * math.pi)
+        to_hz = self.oscillator.hertz
         top, edges = peak(*self._law), folds(*self._law) * to_hz
         # a hardening law jumps up at the lower fold and down at the upper one
         up, down = (float(edges[0]), float(edges[-1])) if edges.size > 1 else (None, None)
@@ -123,17 +107,15 @@ class Motion:
     def relative(self) -> float:
         """Largest stable relative amplitude (m), LOWEST to HIGHEST times the onset; where there is
         none, around the resonance that the level would have."""
-        centre = self.omega_onset or 2.0 * self.zeta
+        centre = self.omega_onset or 2.0 * self.oscillator.zeta
         omega = np.geomspace(LOWEST * centre, HIGHEST * centre, POINTS)
         edges = folds(*self._law)
         omega = np.concatenate([omega, edges * (1.0 - 1e-9), edges * (1.0 + 1e-9)])
         answer = self._answer(omega)
-        return float(np.max(np.where(answer.stable, answer.W, 0.0))) * self.length
+        return float(np.max(np.where(answer.stable, answer.W, 0.0))) * self.oscillator.length
 
     def _answer(self, omega: Array) -> SingleTerm:
-        return single_term(
-            self.c1, self.c3, self.zeta, self.amplitude_hat * omega**-self.falloff, omega
-        )
+        return single_term(*self._law[:3], self.oscillator.base(omega), omega)
 
     def _highest(self, omega: Array) -> Array:
         answer = self._answer(omega)

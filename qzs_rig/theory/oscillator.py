@@ -74,15 +74,20 @@ class Oscillator:
 
         Raises InputError where the base does not move in `dof`: how far it moves decides theory.
         """
-        held = spec.number(f'excitation.amplitude.{dof}')
-        if not held:
+        level = spec.number(f'excitation.amplitude.{dof}')
+        if not level:
             raise InputError(
                 f'excitation.amplitude.{dof} is 0: say how the base moves, for instance '
                 f'--set excitation.quantity=acceleration --set excitation.amplitude.{dof}=4.0'
             )
-        falloff = QUANTITIES.index(spec.text('excitation.quantity'))
-        still = cls.of(spec, dof, 0.0, falloff)
-        return replace(still, amplitude=held / still.omega0**falloff / still.length)
+        return cls.of(spec, dof, 0.0).under(level, spec.text('excitation.quantity'))
+
+    def under(self, level: float, quantity: str) -> Oscillator:
+        """The same on a base that holds an amplitude `level` of `quantity`, one of QUANTITIES, in
+        m, m/s or m/s² (rad for rotations)."""
+        falloff = QUANTITIES.index(quantity)
+        amplitude = level / self.omega0**falloff / self.length
+        return replace(self, amplitude=amplitude, falloff=falloff)
 
     @property
     def hertz(self) -> float:
