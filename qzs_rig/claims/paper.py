@@ -13,8 +13,8 @@ from qzs_rig.units import TRANSLATIONS
 
 K1, PAYLOAD = 20000.0, 50.0
 """Table 1, N/m and kg."""
-L20, RADIUS, BASE = 0.6, 0.06, 0.1
-"""Table 1, m: length, L0, and amplitude H of the base."""
+L20, BASE = 0.6, 0.1
+"""Table 1, m: length, and amplitude H of the base."""
 OMEGA0 = 20.0
 """sqrt(k1/m) of Table 1, rad/s."""
 AMPLITUDE, TURN = 0.6, math.radians(5.0)

@@ -107,9 +107,9 @@ def _over_damping(dof: str, law: str, solve: Solve) -> Panel:
 def _over_length(dof: str) -> Panel:
     curves: list[Curve] = []
     for k, L20 in enumerate(LENGTHS):
-        own, omega0 = platform_of_length(dof, L20)
-        found = frequency_response(own, 0.2 / omega0, 60.0 / omega0)
-        curves += branch_curves(found.branches, 'T', f'L20 = {L20:g} m', hue(k), omega0)
+        own = platform_of_length(dof, L20)
+        found = frequency_response(own, 0.2 / own.omega0, 60.0 / own.omega0)
+        curves += branch_curves(found.branches, 'T', f'L20 = {L20:g} m', hue(k), own.omega0)
     text = f'{dof_name(dof)}, zeta = {ZETA:g}'
     return Panel(text, 'ω, rad/s', '|u / v|', tuple(curves), 'xy', 1.0)
 

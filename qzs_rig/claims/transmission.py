@@ -12,10 +12,6 @@ from qzs_rig import scenario
 from qzs_rig.claims.paper import (
     AMPLITUDE,
     BASE,
-    K1,
-    OMEGA0,
-    PAYLOAD,
-    RADIUS,
     TURN,
     ZETA,
     ZETAS,
@@ -24,11 +20,11 @@ from qzs_rig.claims.paper import (
 )
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, Design
+from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.parameters import RunSpec
 from qzs_rig.run import in_process
 from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import folds, single_term
 from qzs_rig.units import DOFS, TRANSLATIONS
 
@@ -76,10 +72,10 @@ def length() -> Verdict:
     for dof in DOFS:
         peaks, starts = [], []
         for L20 in LENGTHS:
-            own, omega0 = platform_of_length(dof, L20)
+            own = platform_of_length(dof, L20)
             found = response(own)
             peaks.append(found.peak[1] if found.peak else math.nan)
-            starts.append(isolation(found) * omega0)
+            starts.append(isolation(found) * own.omega0)
             figures[f'{dof}, L20 = {L20:g} m: peak T'] = peaks[-1]
             figures[f'{dof}, L20 = {L20:g} m: isolates from rad/s'] = starts[-1]
         falls.append(peaks == sorted(peaks, reverse=True))
@@ -154,15 +150,11 @@ def against_linear() -> Verdict:
     )
 
 
-def platform_of_length(dof: str, L20: float) -> tuple[Oscillator, float]:
-    """A platform of the paper's shape with another L20, and its omega0 in rad/s."""
-    own = PAPER_DESIGN
-    design = Design.of(own.A, own.k3, own.L1, RADIUS / L20)
-    if dof in TRANSLATIONS:
-        return oscillator('corrected', dof, design, ZETA, BASE / L20), OMEGA0
-    inertia = PAYLOAD * RADIUS**2 / (2.0 if dof == 'vertical_rotation' else 4.0)
-    omega0 = math.sqrt(K1 * L20 * RADIUS / inertia)
-    return oscillator('corrected', dof, design, ZETA, TURN), omega0
+def platform_of_length(dof: str, L20: float) -> Oscillator:
+    """One motion of a platform of the paper's shape with another L20 (m), on the paper's base."""
+    given = {'platform.L20': L20, 'platform.L1_hat': PAPER_DESIGN.L1, 'platform.zeta': ZETA}
+    own = Oscillator.of(scenario.of(given), dof, 0.0)
+    return own.under(BASE if dof in TRANSLATIONS else TURN, 'displacement')
 
 
 def response(own: Oscillator) -> FrequencyResponse:

@@ -103,10 +103,10 @@ def test_a_word_of_the_platform_changes_what_it_changes():
     runs = batch_along(spec(), own, 0.5, 'platform.m', np.array([50.0, 200.0]))
     assert runs.omega == pytest.approx([0.5, 1.0])
     assert runs.zeta == pytest.approx([own.zeta, own.zeta / 2.0])
-    held = Oscillator(**{**vars(own), 'zeta': 0.07})
-    assert batch_along(spec(), held, 0.5, 'platform.m', np.array([50.0, 200.0])).zeta == (
-        pytest.approx(0.07)
-    )
+    held = spec().override({'platform.zeta': 0.07})
+    own = Oscillator.of(held, 'vertical', 0.3)
+    runs = batch_along(held, own, 0.5, 'platform.m', np.array([50.0, 200.0]))
+    assert runs.zeta == pytest.approx(0.07)
 
 
 def test_an_unknown_parameter_is_refused():

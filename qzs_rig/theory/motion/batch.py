@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -140,7 +139,8 @@ def batch_along(
     """A run of `oscillator`, the one of `spec`, at `omega` for each of `values` of `name`.
 
     RATIOS replace their own. `L20` or any `platform.…` word changes the platform: springs, base
-    amplitude in m and frequency in rad/s stay what they are, and all ratios follow.
+    amplitude in m and frequency in rad/s stay what they are, and all ratios follow, damping too
+    unless `platform.zeta` fixes it.
     """
     if name in RATIOS:
         varied: dict[str, Any] = {'omega': omega} | {name: values}
@@ -155,11 +155,8 @@ def batch_along(
     held = {'platform.L1_hat': own.design.L1} if name == SLANT else {}
     columns = spec.override(held).columns({word: values})
     rigs = Oscillator.of(columns, oscillator.dof, oscillator.amplitude)
-    # a damping ratio of one's own stays; the platform's follows the platform
-    own_zeta = not math.isclose(oscillator.zeta, own.zeta, rel_tol=1e-12)
     return Batch.of(
         replace(rigs, falloff=oscillator.falloff),
         omega * own.omega0 / rigs.omega0,
-        zeta=oscillator.zeta if own_zeta else rigs.zeta,
         amplitude=oscillator.amplitude * own.length / rigs.length,
     )

@@ -1,4 +1,4 @@
-"""The one-term prediction in hertz and metres against the dimensionless balance."""
+"""The prediction in one harmonic in hertz and metres against the dimensionless balance."""
 
 from __future__ import annotations
 
