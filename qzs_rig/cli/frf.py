@@ -86,7 +86,9 @@ def add_to(verbs: Any) -> None:
 
 def execute(options: argparse.Namespace) -> int:
     """Solve, draw, print."""
-    spec, (oscillator,) = oscillating.asked(options, metres=TABLE_1_AMPLITUDE, single=False)
+    spec, (oscillator,) = oscillating.asked(
+        options, metres=TABLE_1_AMPLITUDE, single=options.single_term
+    )
     band = oscillating.band_of(options, spec, oscillator) if options.omega is None else None
     low, high = band or omega_range(options.omega or '0.02:3')
     if options.harmonics is not None and not 1 <= options.harmonics <= 512:

@@ -71,6 +71,16 @@ def test_runs_of_one_degree_of_freedom_refuse_what_only_six_have(told, command):
     assert 'platform.cm_height = 0.05 has no meaning for single degrees of freedom' in err
 
 
+def test_one_term_and_a_varied_word_refuse_it_too(told):
+    code, _, err = told('frf', 'coupled_sweep', '--single-term')
+    assert code == 2
+    assert 'platform.cm_height = 0.05 has no meaning for single degrees of freedom' in err
+    words = ('--law', 'geometric', '--dof', 'horizontal', '--vary', 'platform.hinge')
+    code, _, err = told('bifurcation', *words, '--range', '1:2')
+    assert code == 2
+    assert 'platform.hinge has no meaning for single degrees of freedom' in err
+
+
 def test_a_projection_is_called_one(told):
     words = ('vertical_sweep', '--law', 'geometric', '--omega', '0.8', '--periods', '40')
     code, document, err = told('poincare', *words)

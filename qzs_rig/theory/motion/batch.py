@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from qzs_rig.errors import InputError
+from qzs_rig.mechanics.platform import refuse_coupled_words
 from qzs_rig.mechanics.restoring.law import Design, RestoringLaw
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
@@ -154,6 +155,7 @@ def batch_along(
     own = Oscillator.of(spec, oscillator.dof, oscillator.amplitude)
     held = {'platform.L1_hat': own.design.L1} if name == SLANT else {}
     columns = spec.override(held).columns({word: values})
+    refuse_coupled_words(columns)
     rigs = Oscillator.of(columns, oscillator.dof, oscillator.amplitude)
     return Batch.of(
         replace(rigs, falloff=oscillator.falloff),
