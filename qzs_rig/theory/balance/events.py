@@ -23,18 +23,22 @@ ENOUGH = 1e-11
 """Relative change of an event's place by more harmonics that ends the search."""
 CLOSE = 1e-3
 """More harmonics move an event by less than this share of the chord it lies on."""
+FINE = 1e-10
+"""Share of the chord to which a place on it is found; below is rounding."""
 
 
 @dataclass(frozen=True)
 class Stretch:
     """A piece of a branch: motions (2, ..., 2H + 1) at its ends, where the parameter has `values`
     (2,). `family` gives its equations in any number of harmonics, of which `harmonics` were needed.
+    An event's place is found to the share `fine` of the chord.
     """
 
     family: Family
     values: Array
     coefficients: Array
     harmonics: int
+    fine: float = FINE
 
     @staticmethod
     def of(path: BranchPath, family: Family, k: int) -> Stretch:
@@ -113,10 +117,14 @@ def topping(balance: Balance, point: Point) -> float:
 
 
 def zero_between(
-    equations: Equations, here: Point, ahead: Point, function: Callable[[Point], float]
+    equations: Equations,
+    here: Point,
+    ahead: Point,
+    function: Callable[[Point], float],
+    fine: float = FINE,
 ) -> Point | None:
-    """The point of a path between two of its points where `function` is 0; None where it does not
-    change sign, or Newton does not converge on the way."""
+    """The point of a path between two of its points where `function` is 0, to the share `fine` of
+    their chord; None where it does not change sign, or Newton does not converge on the way."""
     from scipy.optimize import brentq
 
     known: dict[float, Point] = {}
@@ -130,7 +138,7 @@ def zero_between(
         return function(point)
 
     try:
-        return known[brentq(value, 0.0, 1.0, xtol=1e-11)]
+        return known[brentq(value, 0.0, 1.0, xtol=fine)]
     except ValueError:  # brentq's word for both
         return None
 
@@ -156,9 +164,9 @@ def _close(stretch: Stretch, located: Located, harmonics: int) -> Stretch:
     side = np.array([-CLOSE, CLOSE])
     first, last = (resized(x, located.balance.harmonics) for x in stretch.coefficients)
     steps = np.multiply.outer(side, last - first)
-    rise = math.log(stretch.values[1] / stretch.values[0])
-    values = located.value * np.exp(side * rise)
-    return Stretch(stretch.family, values, located.coefficients + steps, harmonics)
+    values = located.value * (stretch.values[1] / stretch.values[0]) ** side
+    x, fine = located.coefficients + steps, FINE / (2 * CLOSE)
+    return Stretch(stretch.family, values, x, harmonics, fine)
 
 
 def locate_once(stretch: Stretch, zero: Zero) -> Located | None:
@@ -170,5 +178,5 @@ def locate_once(stretch: Stretch, zero: Zero) -> Located | None:
     here, ahead = (
         Point(x, math.log(value), blank, size) for x, value in zip(own, stretch.values, strict=True)
     )
-    point = zero_between(balance, here, ahead, lambda point: zero(balance, point))
+    point = zero_between(balance, here, ahead, lambda point: zero(balance, point), stretch.fine)
     return None if point is None else Located(balance, point, math.nan)
