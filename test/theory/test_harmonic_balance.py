@@ -20,8 +20,8 @@ from qzs_rig.theory.balance.harmonic_balance import (
     HarmonicBalance,
     steady,
 )
-from qzs_rig.theory.balance.initial_guesses import describing, motions
 from qzs_rig.theory.balance.newton import Point
+from qzs_rig.theory.balance.search import describing, motions
 from qzs_rig.theory.balance.stability import determinants, floquet
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import single_term

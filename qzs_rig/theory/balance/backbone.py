@@ -19,8 +19,8 @@ from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import resized
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop, WholePath
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
-from qzs_rig.theory.balance.initial_guesses import describing
 from qzs_rig.theory.balance.newton import Point, one_thread
+from qzs_rig.theory.balance.search import describing
 from qzs_rig.theory.oscillator import Oscillator
 
 HARMONICS = 31

@@ -20,7 +20,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.basis import Basis, harmonics_of, resized, symmetric
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
-from qzs_rig.theory.balance.newton import Point
+from qzs_rig.theory.balance.newton import Point, length_of
 from qzs_rig.theory.balance.stability import (
     Stability,
     changes,
@@ -138,8 +138,7 @@ class HarmonicBalance:
 
     def tail(self, coefficients: Array, harmonics: int) -> float:
         """What the last two of `harmonics`, and all above, are of the whole."""
-        high = float(np.linalg.norm(coefficients[2 * harmonics - 3 :]))
-        return high / (float(np.linalg.norm(coefficients)) or 1.0)
+        return length_of(coefficients[2 * harmonics - 3 :]) / (length_of(coefficients) or 1.0)
 
     def beyond(self, x: Array) -> Ending | None:
         """Does the motion leave the law's domain, or all bounds?"""

@@ -41,13 +41,14 @@ class Point:
     side: float = 0.0
 
 
+@np.errstate(all='ignore')
 def solve(
     equations: Equations, x: Array, p: float, tolerance: float = 1e-10, iterations: int = 30
 ) -> Array | None:
     """Newton at fixed p from x (n,); None where it does not converge."""
     x = np.array(x)
     for _ in range(iterations):
-        residual, jacobian, _ = _quiet(equations, x, p)
+        residual, jacobian, _ = equations.linearised(x, p)
         move = _solved(jacobian, residual)
         if move is None:
             return None
@@ -58,10 +59,11 @@ def solve(
     return None
 
 
+@np.errstate(all='ignore')
 def start(equations: Equations, x: Array, p: float, direction: float) -> Point:
     """The point of a solution, its tangent heading where p grows (`direction` > 0) or falls."""
     size = float(np.linalg.norm(x)) or 1.0
-    _, jacobian, slope = _quiet(equations, x, p)
+    _, jacobian, slope = equations.linearised(x, p)
     # the path may run at one p: what the slopes leave out, not what p asks for
     ahead = np.linalg.svd(np.column_stack([jacobian * size, slope]))[2][-1]
     sign = ahead[-1] if abs(ahead[-1]) > 1e-9 else 1.0
@@ -69,6 +71,7 @@ def start(equations: Equations, x: Array, p: float, direction: float) -> Point:
     return located(equations, x, p, size, plane)
 
 
+@np.errstate(all='ignore')
 def correct(
     equations: Equations, guess: Array, p: float, plane: Array, size: float, tolerance: float
 ) -> tuple[Point, int] | None:
@@ -112,6 +115,7 @@ def between(
     return None if found is None else found[0]
 
 
+@np.errstate(all='ignore')
 def located(equations: Equations, x: Array, p: float, size: float, plane: Array) -> Point:
     """The point of a solution, its tangent in the half space of `plane`."""
     found = _newton(equations, x, p, plane, size)
@@ -125,16 +129,14 @@ def _newton(
     determinant; None where the slope is singular or not finite."""
     from scipy.linalg.lapack import dgesv
 
-    residual, jacobian, slope = _quiet(equations, x, p)
+    residual, jacobian, slope = equations.linearised(x, p)
     n = len(slope)
     matrix, right = np.empty((n + 1, n + 1), order='F'), np.zeros((n + 1, 2), order='F')
     np.multiply(jacobian, size, out=matrix[:n, :n])
     matrix[:n, n], matrix[n] = slope, plane
     right[:n, 0], right[n, 1] = residual, 1.0
-    if not math.isfinite(matrix.sum() + residual.sum()):
-        return None
     factors, swaps, found, failed = dgesv(matrix, right, overwrite_a=True, overwrite_b=True)
-    if failed:
+    if failed or not math.isfinite(found.sum()):
         return None
     odd = np.count_nonzero(swaps != np.arange(n + 1)) + np.count_nonzero(factors.diagonal() < 0)
     along = found[:, 1]
@@ -148,11 +150,6 @@ def _solved(matrix: Array, right: Array) -> Array | None:
         return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
         return None
-
-
-def _quiet(equations: Equations, x: Array, p: float) -> tuple[Array, Array, Array]:
-    with np.errstate(all='ignore'):
-        return equations.linearised(x, p)
 
 
 def joined(x: Array, p: float) -> Array:

@@ -77,7 +77,8 @@ def tangent(
 
 def stiffness(oscillator: Oscillator, w: Array) -> Array:
     """In the shape of w; a linear law's is one number."""
-    return np.asarray(oscillator.stiffness(w) + np.zeros_like(w))
+    found = oscillator.stiffness(w)
+    return found if np.shape(found) == w.shape else np.full(w.shape, found)
 
 
 def floquet(

@@ -17,7 +17,7 @@ import numpy as np
 
 from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import continuation, initial_guesses, newton
+from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import harmonics_of, lopsided, symmetric
 from qzs_rig.theory.balance.branch import (
     BranchPath,
@@ -31,6 +31,7 @@ from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
 from qzs_rig.theory.balance.harmonic_balance import VARIED, HarmonicBalance, with_value
 from qzs_rig.theory.balance.newton import Point, one_thread
 from qzs_rig.theory.balance.response import Branch, Event, branch_of, frequency_response
+from qzs_rig.theory.balance.search import one_term
 from qzs_rig.theory.balance.stability import stiffness
 from qzs_rig.theory.oscillator import Oscillator
 
@@ -63,7 +64,7 @@ def varied_response(
     found: list[tuple[BranchPath, Family]] = []
     for value in (high, low):
         at = with_value(oscillator, parameter, value)
-        for _, x in initial_guesses.one_term(at, np.array([omega])):
+        for _, x in one_term(at, np.array([omega])):
             family = partial(HarmonicBalance, at, parameter=parameter, omega=omega)
             problem = BranchProblem(family, value, x, low, high)
             start = refined(problem)
