@@ -23,7 +23,7 @@ import numpy as np
 
 from qzs_rig import scenario
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, RestoringLaw
-from qzs_rig.theory.balance.response import Branch, frequency_response, least_branch
+from qzs_rig.theory.balance.frequency_response import Branch, frequency_response, least_branch
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.units import DOFS
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, RestoringLaw
-from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import single_term
 from qzs_rig.units import DOFS

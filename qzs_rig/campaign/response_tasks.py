@@ -10,7 +10,7 @@ from qzs_rig.errors import RigError
 from qzs_rig.mechanics.platform import refuse_coupled
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.theory.balance.coupled_response import response_of
-from qzs_rig.theory.balance.response import FrequencyResponse, least_branch
+from qzs_rig.theory.balance.frequency_response import FrequencyResponse, least_branch
 from qzs_rig.theory.single_term import folds, onset_omega, peak
 
 RANGE = (

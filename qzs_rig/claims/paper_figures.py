@@ -18,7 +18,7 @@ from qzs_rig.report.response_page import branch_curves
 from qzs_rig.report.run_page import write_picture, write_report
 from qzs_rig.report.sheet import Curve, Panel, Sheet, hue
 from qzs_rig.report.write import KINDS, drawable, pictures, write_page
-from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
+from qzs_rig.theory.balance.frequency_response import FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS, TRANSLATIONS

@@ -23,7 +23,7 @@ from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.parameters import RunSpec
 from qzs_rig.run import in_process
-from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
+from qzs_rig.theory.balance.frequency_response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import folds, single_term
 from qzs_rig.units import DOFS, TRANSLATIONS

@@ -20,7 +20,7 @@ from qzs_rig.report.sheet import QUIET, Item, Panel, Points, Sheet
 from qzs_rig.report.table import Table, number
 from qzs_rig.report.transmissibility import ARROWS, FREQUENCY, MAGNITUDE, PHASE, hue
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 
 MARGIN = 1.05

@@ -19,8 +19,8 @@ from qzs_rig.identification.intervals import Direction, directions
 from qzs_rig.identification.unknowns import Unknowns, unknowns
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
+from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, transmissibility
-from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 
 SHIFT = 1e-6

@@ -15,8 +15,9 @@ from qzs_rig.parameters import RunSpec
 from qzs_rig.prediction import curve
 from qzs_rig.prediction.curve import Branch, Prediction
 from qzs_rig.samples import Array
-from qzs_rig.theory.balance import events, response
-from qzs_rig.theory.balance.response import Event, FrequencyResponse, frequency_response
+from qzs_rig.theory.balance.bifurcations import turns
+from qzs_rig.theory.balance.frequency_response import Branch as SteadyBranch
+from qzs_rig.theory.balance.frequency_response import Event, FrequencyResponse, frequency_response
 from qzs_rig.theory.balance.single_term_response import single_term_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
@@ -110,16 +111,16 @@ def _folds(found: FrequencyResponse, number: int) -> list[Event]:
     return [event for event in found.folds if event.branch == number]
 
 
-def _path(branch: response.Branch, folds: list[Event], rest: float) -> _Path:
+def _path(branch: SteadyBranch, folds: list[Event], rest: float) -> _Path:
     """The branch with its folds put in where the frequency turns."""
     omega, stable = branch.omega, branch.stable
     columns = [omega, branch.T, np.radians(branch.phase_deg)]
     columns.append(_stroke(branch.coefficients, rest))
-    turns = events.turns(omega).tolist()
-    if len(turns) != len(folds):  # one could not be located: the turning point stands for it
-        return _as_path(columns, stable, turns)
+    turning = turns(omega).tolist()
+    if len(turning) != len(folds):  # one could not be located: the turning point stands for it
+        return _as_path(columns, stable, turning)
     places = [k if abs(omega[k - 1] - fold.omega) < abs(omega[k + 1] - fold.omega) else k + 1
-              for k, fold in zip(turns, folds, strict=True)]  # fmt: skip
+              for k, fold in zip(turning, folds, strict=True)]  # fmt: skip
     for column, values in zip(
         range(4),
         (

@@ -26,7 +26,7 @@ from qzs_rig.report.sheet import (
 )
 from qzs_rig.report.table import Table
 from qzs_rig.report.write import pictures, write_page
-from qzs_rig.theory.balance.response import Branch, FrequencyResponse
+from qzs_rig.theory.balance.frequency_response import Branch, FrequencyResponse
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import TRANSLATIONS
 

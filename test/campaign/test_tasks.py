@@ -19,7 +19,7 @@ from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.run import in_process
-from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.chaos import exponents
 from qzs_rig.theory.motion.stroboscope import strobe

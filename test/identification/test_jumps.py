@@ -8,7 +8,7 @@ import pytest
 from qzs_rig.errors import InputError
 from qzs_rig.identification import jumps
 from qzs_rig.identification.fit_report import jumps_document, jumps_text
-from qzs_rig.theory.balance.response import frequency_response
+from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 
 

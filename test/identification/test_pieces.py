@@ -21,8 +21,8 @@ from qzs_rig.identification.point_response import (
 )
 from qzs_rig.identification.points import read_csv
 from qzs_rig.identification.unknowns import unknowns
+from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady
-from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 
 

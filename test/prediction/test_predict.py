@@ -10,7 +10,7 @@ from qzs_rig.mechanics.platform import Platform
 from qzs_rig.prediction.labels import label_all
 from qzs_rig.prediction.predict import by_harmonic_balance, by_single_term, predict, range_hz
 from qzs_rig.run import in_process
-from qzs_rig.theory.balance.response import FrequencyResponse, frequency_response
+from qzs_rig.theory.balance.frequency_response import FrequencyResponse, frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
 

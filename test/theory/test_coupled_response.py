@@ -14,8 +14,8 @@ from qzs_rig.mechanics.geometric.coupled_integrator import base_rows, body
 from qzs_rig.mechanics.geometric.geometry import Geometry
 from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.coupled_response import CoupledBalance, coupled_response
+from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.balance.plate import Plate
-from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.oscillator import Oscillator
 
 DOFS = ('vertical', 'horizontal', 'vertical_rotation', 'horizontal_rotation')

@@ -12,9 +12,9 @@ from theory_motions import DUFFING, cubic, integrated, state
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import Basis, lopsided, mirrored, resized, symmetric
+from qzs_rig.theory.balance.bifurcations import zero_between
 from qzs_rig.theory.balance.branch import BranchProblem, follow, refined
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
-from qzs_rig.theory.balance.events import zero_between
 from qzs_rig.theory.balance.harmonic_balance import (
     PARAMETERS,
     HarmonicBalance,

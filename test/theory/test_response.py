@@ -10,7 +10,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.balance.continuation import Ending, Stop
-from qzs_rig.theory.balance.response import frequency_response, least_branch
+from qzs_rig.theory.balance.frequency_response import frequency_response, least_branch
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 from qzs_rig.theory.single_term import folds
 from qzs_rig.units import DOFS, TRANSLATIONS

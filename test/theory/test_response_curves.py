@@ -10,8 +10,8 @@ from theory_motions import DUFFING, cubic, integrated, state
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.balance.backbone import backbone, phase_resonance
+from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.balance.harmonic_balance import value_of, with_value
-from qzs_rig.theory.balance.response import frequency_response
 from qzs_rig.theory.balance.variation import jump_map, varied_response
 from qzs_rig.theory.oscillator import Oscillator, oscillator
 

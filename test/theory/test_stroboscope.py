@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, Design, fast_rsqrt, rsqrt
-from qzs_rig.theory.motion import kernels, sweep
+from qzs_rig.theory.motion import cycles, kernels
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.kernels import DRIFTS, KICKS, kick_weights, schedule
 from qzs_rig.theory.motion.stroboscope import LONGEST, RETURN, history, strobe, strobe_within
@@ -111,10 +111,10 @@ def test_the_interpreter_gives_the_same_figures():
     runs = figure_13(3)
     fast = strobe(runs, steps=18, periods=12, keep=12)
     period = kernels.period_around(runs.law.compilable(runs.number, rsqrt), runs.law.count)
-    slow = sweep.found(3, 12, 12)
-    rules = sweep.Rules(12, LONGEST, True, RETURN, math.inf)
+    slow = cycles.found(3, 12, 12)
+    rules = cycles.Rules(12, LONGEST, True, RETURN, math.inf)
     table = runs.table, runs.numbers, schedule(18)
-    sweep.sweep.py_func(period, kernels.block(runs.law.count), *table, rules, slow)
+    cycles.settle.py_func(period, kernels.block(runs.law.count), *table, rules, slow)
     # the fast root is good to 2e-14, and the motion forgets
     assert slow.points[:, 0] == pytest.approx(fast.w, abs=1e-11)
     assert slow.points[:, 1] == pytest.approx(fast.velocity, abs=1e-11)

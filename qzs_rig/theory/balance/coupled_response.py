@@ -24,19 +24,19 @@ from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import newton, search
 from qzs_rig.theory.balance.basis import Basis, resized
+from qzs_rig.theory.balance.bifurcations import turns
 from qzs_rig.theory.balance.branch import BranchPath, BranchProblem, ends_in, follow, refined
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
-from qzs_rig.theory.balance.events import turns
-from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
-from qzs_rig.theory.balance.newton import Point, one_thread
-from qzs_rig.theory.balance.plate import COORDINATES, Plate
-from qzs_rig.theory.balance.response import (
+from qzs_rig.theory.balance.frequency_response import (
     FrequencyResponse,
     Progress,
     check,
     frequency_response,
     read_off,
 )
+from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance
+from qzs_rig.theory.balance.newton import Point, one_thread
+from qzs_rig.theory.balance.plate import COORDINATES, Plate
 from qzs_rig.theory.balance.stability import Stability, changes, multipliers
 from qzs_rig.theory.oscillator import Oscillator
 

@@ -25,9 +25,9 @@ from qzs_rig.theory.balance.basis import (
     resized,
     symmetric,
 )
+from qzs_rig.theory.balance.bifurcations import Located, Stretch, locate, losing
 from qzs_rig.theory.balance.branch import BranchPath, BranchProblem, Family, follow, refined
 from qzs_rig.theory.balance.continuation import Stop
-from qzs_rig.theory.balance.events import Located, Stretch, locate, losing
 from qzs_rig.theory.balance.harmonic_balance import HarmonicBalance, steady
 from qzs_rig.theory.balance.stability import tangent
 from qzs_rig.theory.oscillator import Oscillator

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance.continuation import Ending, Stop
-from qzs_rig.theory.balance.response import Branch, Event, FrequencyResponse, peak_among
+from qzs_rig.theory.balance.frequency_response import Branch, Event, FrequencyResponse, peak_among
 from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import SingleTerm, folds, onset_omega, single_term
 

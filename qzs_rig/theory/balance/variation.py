@@ -28,9 +28,9 @@ from qzs_rig.theory.balance.branch import (
     refined,
 )
 from qzs_rig.theory.balance.continuation import Ending, Steps, Stop
+from qzs_rig.theory.balance.frequency_response import Branch, Event, branch_of, frequency_response
 from qzs_rig.theory.balance.harmonic_balance import VARIED, HarmonicBalance, with_value
 from qzs_rig.theory.balance.newton import Point, one_thread
-from qzs_rig.theory.balance.response import Branch, Event, branch_of, frequency_response
 from qzs_rig.theory.balance.search import one_term
 from qzs_rig.theory.balance.stability import stiffness
 from qzs_rig.theory.oscillator import Oscillator

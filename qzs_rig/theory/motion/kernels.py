@@ -8,7 +8,7 @@ disturb.
 
 `advancing` compiles a period around the force of a law. Everything else knows no law: it takes that
 period as an argument and is compiled once. numba keeps all of it on disk and compiles it anew where
-this file or a law's formula is edited; after an edit of this file, save `sweep`, too.
+this file or a law's formula is edited; after an edit of this file, save `cycles`, too.
 """
 
 from __future__ import annotations

@@ -120,19 +120,19 @@ def strobe(
     for the rest. The runs start, and are seen, where the base's phase is `phase`: 0 at its highest,
     π at its lowest. Memory: (2 keep + 16) numbers a run. `workers` threads, by default all cores.
     """
-    from qzs_rig.theory.motion import kernels, sweep
+    from qzs_rig.theory.motion import cycles, kernels
 
     _check(steps, periods, keep)
     n, domain = len(runs), runs.law.domain[runs.number]
-    found = sweep.found(n, periods, keep)
+    found = cycles.found(n, periods, keep)
     advance = kernels.advancing(runs.law, runs.number)
-    rules = sweep.Rules(periods, LONGEST, early, tolerance, float(min(domain, FAR)))
+    rules = cycles.Rules(periods, LONGEST, early, tolerance, float(min(domain, FAR)))
     period = kernels.schedule(steps, phase)
 
     def part(which: slice) -> None:
         own = runs[which]
         block, result = kernels.block(runs.law.count), found.part(which)
-        sweep.sweep(advance, block, own.table, own.numbers, period, rules, result)
+        cycles.settle(advance, block, own.table, own.numbers, period, rules, result)
 
     spread(part, n, workers)
     return Stroboscope(

@@ -16,9 +16,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.samples import Array
 from qzs_rig.theory.balance import search
 from qzs_rig.theory.balance.basis import harmonics_of
-from qzs_rig.theory.balance.branch import BranchPath, Family
-from qzs_rig.theory.balance.continuation import Ending
-from qzs_rig.theory.balance.events import (
+from qzs_rig.theory.balance.bifurcations import (
     Located,
     Stretch,
     crossing,
@@ -29,6 +27,8 @@ from qzs_rig.theory.balance.events import (
     losing,
     topping,
 )
+from qzs_rig.theory.balance.branch import BranchPath, Family
+from qzs_rig.theory.balance.continuation import Ending
 from qzs_rig.theory.balance.newton import one_thread
 from qzs_rig.theory.oscillator import Oscillator
 

@@ -60,7 +60,7 @@ class Found(NamedTuple):
 
 
 def found(runs: int, periods: int, keep: int) -> Found:
-    """Room for what `sweep` finds, of runs that have not settled."""
+    """Room for what `settle` finds, of runs that have not settled."""
     cycle, settled = np.zeros(runs, dtype=np.int64), np.full(runs, periods, dtype=np.int64)
     return Found(np.empty((runs, 2, keep)), cycle, settled, np.empty((runs, 6)))
 
@@ -157,7 +157,7 @@ def lose(points: Any, figures: Any, place: int) -> None:
 
 
 @kept(void(PERIOD, BLOCK, GRID, GRID, SCHEDULE, RULES, FOUND), error_model='numpy')
-def sweep(
+def settle(
     advance: Any, runs: Any, table: Any, numbers: Any, schedule: Any, rules: Any, found: Any
 ) -> None:
     """Carry the runs of Batch.table and Batch.numbers through their periods, by `rules`.
