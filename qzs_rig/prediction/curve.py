@@ -4,9 +4,8 @@ As JSON it is the topic `theory/branches` and the file `theory.json`."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cmp_to_key
 from typing import Any
 
@@ -203,16 +202,14 @@ def _branch_from(item: dict[str, Any]) -> Branch:
 
 def _fold_document(fold: Fold) -> dict[str, Any]:
     pairs = {name: finite_or_none(getattr(fold, name)) for name in ('transmissibility', 'stroke')}
-    names = {'kind': fold.kind, 'leaves': fold.leaves, 'lands': fold.lands}
-    return {'frequency_hz': fold.frequency_hz, **names, **pairs}
+    return asdict(fold) | pairs
 
 
 def _fold_from(item: dict[str, Any]) -> Fold:
     kind, leaves, lands = (str(item[name]) for name in ('kind', 'leaves', 'lands'))
-    pairs = (_pair(item[name]) for name in ('transmissibility', 'stroke'))
-    return Fold(float(item['frequency_hz']), kind, leaves, lands, *pairs)
-
-
-def _pair(values: Sequence[float | None]) -> tuple[float, float]:
-    before, after = (math.nan if value is None else float(value) for value in values)
-    return before, after
+    # numpy takes null for NaN
+    (T, T_after), (stroke, stroke_after) = (
+        np.array(item[name], dtype=np.float64).tolist() for name in ('transmissibility', 'stroke')
+    )
+    hz = float(item['frequency_hz'])
+    return Fold(hz, kind, leaves, lands, (T, T_after), (stroke, stroke_after))
