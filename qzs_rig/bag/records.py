@@ -1,20 +1,27 @@
-"""MCAP records that are built or parsed by the thousand (mcap.dev/spec): their bytes, and the
-messages of a run of them as arrays over one buffer."""
+"""MCAP records that are built or parsed by the thousand (mcap.dev/spec): their bytes, the messages
+of a run of them as arrays over one buffer, and chunks of them."""
 
 from __future__ import annotations
 
 import struct
+import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mcap.opcode import Opcode
+from mcap.records import ChunkIndex
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from zstandard import ZstdCompressor
 
 Bytes = NDArray[np.uint8]
 Stamps = NDArray[np.int64]
 Offsets = NDArray[np.int64]
+Index = NDArray[np.uint64]
 
 MAGIC = b'\x89MCAP0\r\n'
 
@@ -186,3 +193,116 @@ def _block(data: Bytes, runs: list[tuple[int, int, int]]) -> MessageBlock:
         starts=records + MESSAGE_HEAD.itemsize,
         lengths=lengths - MESSAGE_FIELDS,
     )
+
+
+class ChunkBuilder:
+    """Messages in the order they came, any mix of channels; read back sorted by their index."""
+
+    def __init__(self, capacity: int, level: int | None) -> None:
+        """`level` of zstd, None for no compression; a message above `capacity` bytes still fits."""
+        self._buffer: Bytes = np.empty(capacity, dtype=np.uint8)
+        self._level = level
+        self._compressor: ZstdCompressor | None = None
+        self._index: dict[int, list[Index]] = {}
+        self.used = 0
+
+    def room(self, payload: int) -> int:
+        """How many more messages of `payload` bytes fit; an empty chunk takes at least one."""
+        room = (len(self._buffer) - self.used) // (MESSAGE_HEAD.itemsize + payload)
+        return max(room, 0 if self.used else 1)
+
+    def append_rows(self, channel: int, sequence: int, stamps_ns: Stamps, rows: Bytes) -> None:
+        """Messages of one length (n, length), numbered from `sequence`."""
+        count, payload = rows.shape
+        layout = message_record(payload)
+        records = self._take(count * layout.itemsize).view(layout)
+        records['opcode'] = int(Opcode.MESSAGE)
+        records['length'] = MESSAGE_FIELDS + payload
+        records['channel'] = channel
+        records['sequence'] = np.arange(sequence, sequence + count) & 0xFFFFFFFF
+        records['log_time'] = stamps_ns
+        records['publish_time'] = stamps_ns
+        records['payload'] = np.ascontiguousarray(rows).view(f'V{payload}')[:, 0]
+        starts = self.used + np.arange(count, dtype=np.int64) * layout.itemsize
+        self._note(channel, stamps_ns, starts)
+        self.used += count * layout.itemsize
+
+    def append_records(
+        self,
+        records: Bytes,
+        channels: NDArray[np.uint16],
+        stamps_ns: Stamps,
+        starts: NDArray[np.int64],
+    ) -> None:
+        """Whole records as they are; message k of `channels` starts at byte `starts` of them."""
+        self._take(len(records))[:] = records
+        for channel in np.unique(channels):
+            mine = channels == channel
+            self._note(int(channel), stamps_ns[mine], self.used + starts[mine])
+        self.used += len(records)
+
+    @property
+    def counts(self) -> dict[int, int]:
+        """Messages of each channel."""
+        return {channel: sum(map(len, parts)) for channel, parts in self._index.items()}
+
+    def encode(self, offset: int) -> tuple[bytes, ChunkIndex]:
+        """The chunk and its message indexes as they go to byte `offset` of the file, and what the
+        summary says of them; the builder keeps its messages until `clear`."""
+        records = self._buffer[: self.used].data
+        compression, data = self._compress(records)
+        indexes = {channel: np.concatenate(parts) for channel, parts in sorted(self._index.items())}
+        stamps = np.concatenate([index[:, 0] for index in indexes.values()])
+        start_ns, end_ns = int(stamps.min()), int(stamps.max())
+        head = CHUNK_HEAD.pack(start_ns, end_ns, self.used, zlib.crc32(records))
+        name = struct.pack('<I', len(compression)) + compression.encode()
+        parts = [_record(Opcode.CHUNK, [head, name, struct.pack('<Q', len(data)), data])]
+        offsets, end = {}, offset + len(parts[0])
+        for channel, index in indexes.items():
+            offsets[channel] = end
+            body = [struct.pack('<HI', channel, index.nbytes), index.tobytes()]
+            parts.append(_record(Opcode.MESSAGE_INDEX, body))
+            end += len(parts[-1])
+        chunk = ChunkIndex(
+            chunk_length=len(parts[0]),
+            chunk_start_offset=offset,
+            compression=compression,
+            compressed_size=len(data),
+            message_end_time=end_ns,
+            message_index_length=end - offset - len(parts[0]),
+            message_index_offsets=offsets,
+            message_start_time=start_ns,
+            uncompressed_size=self.used,
+        )
+        return b''.join(parts), chunk
+
+    def clear(self) -> None:
+        """Start the next chunk."""
+        self._index = {}
+        self.used = 0
+
+    def _take(self, size: int) -> Bytes:
+        if self.used + size > len(self._buffer):
+            larger = np.empty(self.used + size, dtype=np.uint8)
+            larger[: self.used] = self._buffer[: self.used]
+            self._buffer = larger
+        return self._buffer[self.used : self.used + size]
+
+    def _note(self, channel: int, stamps_ns: Stamps, starts: NDArray[np.int64]) -> None:
+        index = np.empty((len(starts), 2), dtype='<u8')
+        index[:, 0] = stamps_ns
+        index[:, 1] = starts
+        self._index.setdefault(channel, []).append(index)
+
+    def _compress(self, records: memoryview) -> tuple[str, bytes]:
+        if self._level is None:
+            return '', bytes(records)
+        if self._compressor is None:
+            from zstandard import ZstdCompressor
+
+            self._compressor = ZstdCompressor(level=self._level)
+        return 'zstd', self._compressor.compress(records)
+
+
+def _record(opcode: Opcode, body: Sequence[bytes]) -> bytes:
+    return b''.join((RECORD_HEAD.pack(opcode, sum(map(len, body))), *body))

@@ -15,7 +15,8 @@ from qzs_rig.errors import BagError, InputError
 from qzs_rig.parameters import Parameter
 from qzs_rig.ros.lead import LEAD_PARAMETERS, Lead
 from qzs_rig.ros.process import leave, run
-from qzs_rig.run.sheet import RunSheet, from_document
+from qzs_rig.run.offline import last_sheet
+from qzs_rig.run.sheet import RunSheet
 from qzs_rig.samples import Stamps
 from qzs_rig.wire import Topic
 
@@ -55,14 +56,11 @@ class Player(Lead):
 
     def open(self) -> None:
         super().open()
-        reader = BagReader(Path(self.spec.text('bag')))
-        try:
-            sheets = [from_document(document) for document in reader.run_sheets()]
-            topics = self._topics(sheets)
+        with BagReader(Path(self.spec.text('bag'))) as reader:
+            found = last_sheet(reader)
+            topics = self._topics(found)
             rows = [reader.rows(topic.name, topic.type) for topic in topics]
-        finally:
-            reader.close()
-        self._recording = sheet = self._recorded(sheets, rows[0].stamps_ns)
+        self._recording = sheet = self._recorded(found, rows[0].stamps_ns)
         for topic in topics:
             self.publisher(topic)
         self._tracks = tuple(
@@ -70,13 +68,13 @@ class Player(Lead):
             for topic, item in zip(topics, rows, strict=True)
         )
 
-    def _topics(self, sheets: list[RunSheet]) -> list[Topic]:
+    def _topics(self, sheet: RunSheet | None) -> list[Topic]:
         """What is replayed, under the names that the recorded analyzer listened to."""
         if self.spec.text('topics') == 'motion':
             return [wire.BASE_MOTION]
-        spec = sheets[-1].spec if sheets else {}
+        spec = sheet.spec if sheet else {}
         return [
-            Topic(str(spec.get(f'analyzer.{plate}.topic', topic.name)), topic.type, topic.depth)
+            topic._replace(name=str(spec.get(f'analyzer.{plate}.topic', topic.name)))
             for plate, topic in (('base', wire.BASE_IMU), ('top', wire.TOP_IMU))
         ]
 
@@ -103,15 +101,14 @@ class Player(Lead):
     def soft_stop(self) -> int:
         return self.run.sent
 
-    def _recorded(self, sheets: list[RunSheet], stamps: Stamps) -> RunSheet:
+    def _recorded(self, sheet: RunSheet | None, stamps: Stamps) -> RunSheet:
         if len(stamps) == 0:
             raise BagError(f'{self.spec.text("bag")} has nothing on {self.spec.text("topics")}')
-        if sheets:
-            samples = sheets[-1].samples
+        if sheet:
+            samples = sheet.samples
             if self.spec.text('topics') == 'imu':
-                last = int(stamps[-1] - sheets[-1].start_ns) // sheets[-1].step_ns + 1
-                samples = min(samples, last)
-            return sheets[-1].of(samples=samples)
+                samples = min(samples, int(stamps[-1] - sheet.start_ns) // sheet.step_ns + 1)
+            return sheet.of(samples=samples)
         if self.spec.text('topics') == 'motion':
             raise InputError(
                 'this bag has no run sheet on rig/run; only topics:=imu can be replayed'

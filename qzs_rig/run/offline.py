@@ -30,7 +30,7 @@ class Analysis:
 def analyze(path: Path, assignments: Sequence[str] = ()) -> Analysis:
     """Estimate from the Imu topics of the bag at `path`; `--set` words change the analyzer."""
     with BagReader(path) as reader:
-        sheet = _last_sheet(reader)
+        sheet = last_sheet(reader)
         spec = _spec(sheet, assignments)
         names = [spec.text(f'analyzer.{plate}.topic') for plate in ('base', 'top')]
         base, top = (_readings(reader, name) for name in names)
@@ -54,17 +54,18 @@ def recorded(path: Path) -> Analysis:
     except BagError:
         return Analysis(estimate, scenario.of({}), None)  # an estimate moved away from its bag
     with reader:
-        sheet = _last_sheet(reader)
+        sheet = last_sheet(reader)
     return Analysis(estimate, _spec(sheet, ()), sheet)
 
 
 def recorded_spec(path: Path, assignments: Sequence[str] = ()) -> RunSpec:
     """The parameters of the run recorded at `path`; the defaults where it holds no run sheet."""
     with BagReader(path) as reader:
-        return _spec(_last_sheet(reader), assignments)
+        return _spec(last_sheet(reader), assignments)
 
 
-def _last_sheet(reader: BagReader) -> RunSheet | None:
+def last_sheet(reader: BagReader) -> RunSheet | None:
+    """How the recorded run ended; None where the bag holds no run sheet."""
     sheets = [from_document(document) for document in reader.run_sheets()]
     return sheets[-1] if sheets else None
 
