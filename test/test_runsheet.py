@@ -27,19 +27,19 @@ SHEET = RunSheet(
 
 @pytest.mark.parametrize('state', list(SheetState))
 def test_a_sheet_survives_its_json(state):
-    sheet = SHEET.of(state=state, reason='why')
+    sheet = SHEET.replace(state=state, reason='why')
     assert from_document(json.loads(json.dumps(sheet.to_document()))) == sheet
 
 
 def test_a_change_leaves_the_rest():
-    changed = SHEET.of(state='aborted', reason='stop')
+    changed = SHEET.replace(state='aborted', reason='stop')
     assert (SHEET.state, changed.state, changed.run_id) == ('waiting', 'aborted', 'abc')
 
 
 @pytest.mark.parametrize('words', [{}, {'platform.A': 1.2, 'platform.zeta': 0.05}])
 def test_a_spec_comes_back_from_its_sheet(words):
     spec = scenario.load('rotations').override(words)
-    document = json.loads(json.dumps(SHEET.of(spec=dict(spec)).to_document()))
+    document = json.loads(json.dumps(SHEET.replace(spec=dict(spec)).to_document()))
     assert dict(complete(from_document(document).spec)) == dict(spec)
 
 

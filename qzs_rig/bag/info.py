@@ -190,7 +190,7 @@ def _count(stamps_ns: Stamps, start_ns: int, step_ns: int, last: int | None) -> 
 
 
 def _median_step(stamps_ns: Stamps) -> int:
-    """0 where there is none."""
+    """The usual step between different stamps (ns); 0 where all are one."""
     steps = np.diff(np.unique(stamps_ns))
     return int(np.median(steps)) if len(steps) else 0
 

@@ -64,13 +64,13 @@ def execute(options: argparse.Namespace) -> int:
     except (RigError, KeyboardInterrupt) as error:
         reason = str(error) or 'stopped by the operator'
         if recorder:
-            recorder.close(sheet.of(state=SheetState.ABORTED, reason=reason))
+            recorder.close(sheet.replace(state=SheetState.ABORTED, reason=reason))
             reason += f'; kept {folder}, see qzs-rig analyze {folder}'
         raise RunAbortedError(reason) from error
     finally:
         progress.close()
     state = SheetState.ABORTED if result.stopped else SheetState.FINISHED
-    sheet = sheet.of(state=state, reason=result.stopped, samples=result.samples)
+    sheet = sheet.replace(state=state, reason=result.stopped, samples=result.samples)
     if recorder:
         recorder.close(sheet)
     caution(result.cautions)

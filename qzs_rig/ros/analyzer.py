@@ -194,7 +194,7 @@ class Analyzer(Follower):
         """End the driver's session, if one is on; whether it was."""
         on = self.busy and self._from_driver
         if on and self.sheet:
-            self._end(self.sheet.of(state=SheetState.FINISHED))
+            self._end(self.sheet.replace(state=SheetState.FINISHED))
         return on
 
     def tick(self) -> None:

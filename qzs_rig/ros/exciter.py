@@ -13,7 +13,7 @@ from qzs_rig.scenario import step_ns_of
 
 
 class Exciter(Lead):
-    """A shell over ExciterStage."""
+    """Publishes what ExciterStage gives, as fast as the lead lets it."""
 
     role = 'exciter'
     sections = ('run', 'excitation', 'shaker')

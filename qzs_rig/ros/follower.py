@@ -204,7 +204,7 @@ class Follower(RigNode):
 
     def _aborted(self, reason: str) -> RunSheet:
         assert self.sheet is not None
-        return self.sheet.of(state=SheetState.ABORTED, reason=reason)
+        return self.sheet.replace(state=SheetState.ABORTED, reason=reason)
 
     def say(self, level: int | None = None) -> None:
         """Publish the status; the lead's credit in lockstep."""

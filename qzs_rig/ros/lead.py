@@ -136,7 +136,7 @@ class Lead(RigNode):
     def begin(self) -> None:
         self.reread()
         run_id = self.spec.text('run_id') or uuid.uuid4().hex[:8]
-        sheet = self.prepare().of(
+        sheet = self.prepare().replace(
             run_id=run_id, scenario=self.spec.text('scenario'), peers=self.peers
         )
         self._run = Running(sheet)
@@ -190,12 +190,12 @@ class Lead(RigNode):
         self.remind('all matched')
         for peer in self.peers:
             part = self.statuses[peer].spec or {}
-            run.sheet = run.sheet.of(spec={**run.sheet.spec, **part})
+            run.sheet = run.sheet.replace(spec={**run.sheet.spec, **part})
         self._foretell()  # before the clock starts: it may take a while
         lead_s = 0.25 if run.sheet.mode == 'real_time' else 0.0
         run.start_at = time.monotonic() + lead_s  # before `arm`, which may take a while
         start_ns = self.arm(time.time_ns() + int(lead_s * 1e9))
-        run.sheet = run.sheet.of(start_ns=start_ns)
+        run.sheet = run.sheet.replace(start_ns=start_ns)
         self._announce(LeadState.ARMED, SheetState.ARMED)
 
     def _foretell(self) -> None:
@@ -312,7 +312,7 @@ class Lead(RigNode):
 
     def _ramp_down(self, why: str) -> None:
         self.run.abort_reason = why
-        self.run.sheet = self.run.sheet.of(samples=self.soft_stop())
+        self.run.sheet = self.run.sheet.replace(samples=self.soft_stop())
         self.get_logger().warning(f'{why}: ramping down')
 
     def _abort_service(self, request: Message, response: Message) -> Message:
@@ -339,7 +339,7 @@ class Lead(RigNode):
         if self.state in (LeadState.ENDED, LeadState.IDLE):
             return
         self.busy = False
-        self.run.sheet = self.run.sheet.of(reason=reason)
+        self.run.sheet = self.run.sheet.replace(reason=reason)
         self.run.leave_at = time.monotonic() + SEE_OFF_S
         self._announce(LeadState.ENDED, state)
         # two calls: rclpy refuses one call that changes its severity
@@ -350,7 +350,7 @@ class Lead(RigNode):
 
     def _announce(self, state: LeadState, word: SheetState) -> None:
         self._enter(state)
-        self.run.sheet = self.run.sheet.of(state=word)
+        self.run.sheet = self.run.sheet.replace(state=word)
         self._publish_sheet()
 
     def _publish_sheet(self) -> None:

@@ -20,7 +20,7 @@ JOINT_STATES_S = 1.0 / 60.0
 
 
 class Platform(Follower):
-    """A shell over PlatformStage."""
+    """Pushes base motion through PlatformStage and publishes what its sensors read."""
 
     role = 'platform'
     sections = ('platform', 'sensor')

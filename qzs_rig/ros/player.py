@@ -79,7 +79,7 @@ class Player(Lead):
         ]
 
     def prepare(self) -> RunSheet:
-        return self.recording.of(
+        return self.recording.replace(
             mode=self.spec.text('mode'), pace=self.spec.number('rate'), reason=''
         )
 
@@ -108,7 +108,7 @@ class Player(Lead):
             samples = sheet.samples
             if self.spec.text('topics') == 'imu':
                 samples = min(samples, int(stamps[-1] - sheet.start_ns) // sheet.step_ns + 1)
-            return sheet.of(samples=samples)
+            return sheet.replace(samples=samples)
         if self.spec.text('topics') == 'motion':
             raise InputError(
                 'this bag has no run sheet on rig/run; only topics:=imu can be replayed'

@@ -49,8 +49,8 @@ class RunSheet:
     def __post_init__(self) -> None:
         object.__setattr__(self, 'state', SheetState(self.state))
 
-    def of(self, **changes: Any) -> RunSheet:
-        """A sheet with `changes`."""
+    def replace(self, **changes: Any) -> RunSheet:
+        """The same sheet but for `changes` of its fields."""
         return replace(self, **changes)
 
     def to_document(self) -> dict[str, Any]:

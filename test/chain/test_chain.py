@@ -131,7 +131,7 @@ def record(folder, given, chunk=40, per_message=25):
     step_ns = scenario.step_ns_of(spec)
     samples = ExciterStage(spec, step_ns).samples
     sheet = RunSheet(step_ns, samples, 'in_process', chunk, dict(spec), 'id', start_ns=START)
-    recording.sheet(START, sheet.of(state='running'))
+    recording.sheet(START, sheet.replace(state='running'))
     kept = Kept()
 
     def keep(base, out):
@@ -145,7 +145,7 @@ def record(folder, given, chunk=40, per_message=25):
         recording.tick()
 
     result = in_process.run(spec, START, keep, chunk=chunk)
-    recording.sheet(START + samples * step_ns, sheet.of(state='finished'))
+    recording.sheet(START + samples * step_ns, sheet.replace(state='finished'))
     recording.close()
     return result, kept.signals()
 

@@ -114,7 +114,7 @@ class FakeLead:
 
     def say(self, state):
         self.ears.publish['rig/run'].publish(
-            wire.encode_json(self.sheet.of(state=state).to_document())
+            wire.encode_json(self.sheet.replace(state=state).to_document())
         )
 
     def status(self):

@@ -111,10 +111,10 @@ def test_what_cannot_work_is_refused_before_any_node_starts(lab):
 def test_a_sheet_of_another_version_is_replayed_without_theory(lab):
     spec = scenario.of(SHORT)
     sheet = sheet_of(spec, SAMPLES, 'old', 'id')
-    sheet = sheet.of(spec={**sheet.spec, 'platform.colour': 'red'})
+    sheet = sheet.replace(spec={**sheet.spec, 'platform.colour': 'red'})
     recorder = Recorder(lab.folder / 'bag', spec, sheet)
     in_process.run(spec, sheet.start_ns, recorder.keep)
-    recorder.close(sheet.of(state='finished'))
+    recorder.close(sheet.replace(state='finished'))
     words = {'bag': str(lab.folder / 'bag'), 'topics': 'imu', 'peers': 'analyzer'}
     player = lab.node('player', words)
     analyzer = lab.node('analyzer', folder=str(lab.folder / 'out'))
