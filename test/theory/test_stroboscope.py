@@ -72,7 +72,7 @@ def test_an_unbalanced_load_and_designs_of_their_own(number):
     # k3 > A L0: neither tips
     first = Design.of(1.1, 0.1, 0.8, 0.08)
     designs = [first, Design.of(1.5, 0.5, 0.8, 0.2)]
-    both = Design(*np.transpose(designs))
+    both = Design(np.transpose(designs))
     own = oscillator('corrected', DOFS[number], both, 0.1, 0.1)
     runs = Batch.of(own, OMEGA, load=0.001)
     seen = strobe(runs, steps=64, **WHOLE)
