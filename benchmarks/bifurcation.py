@@ -17,11 +17,12 @@ from importlib.util import find_spec
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.samples import Array
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import Stroboscope, strobe, strobe_within
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 
 RUNS, PERIODS, KEEP = 1000, 500, 400
 OMEGA, AMPLITUDE = 6.28 / 20.0, 0.6
@@ -34,7 +35,7 @@ PEER_PERIODS = 100
 
 def system() -> Oscillator:
     """Figure 13, vertical."""
-    return oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, AMPLITUDE)
+    return Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, AMPLITUDE)
 
 
 def best(

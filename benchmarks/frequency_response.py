@@ -22,9 +22,10 @@ from collections.abc import Callable
 import numpy as np
 
 from qzs_rig import scenario
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, RestoringLaw
 from qzs_rig.theory.balance.frequency_response import Branch, frequency_response, least_branch
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
 
 LOW, HIGH = 0.5, 2.0
@@ -43,16 +44,16 @@ EXAMPLE = Oscillator(DUFFING, 'vertical', PAPER_DESIGN, DAMPING / 2, DRIVE, fall
 CURVES = {
     'duffing, NLvib example 01': (EXAMPLE, LOW, HIGH),
     'taylor vertical, H 0.078': (
-        oscillator('taylor', 'vertical', PAPER_DESIGN, 0.07, 0.078), 0.1, 2,
+        Oscillator(RESTORING['taylor'], 'vertical', PAPER_DESIGN, 0.07, 0.078), 0.1, 2,
     ),
     'closed_form vertical, H 0.1': (
-        oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
+        Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
     ),
     'closed_form vertical, H 0.6': (
-        oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.02, 0.6), 0.1, 2,
+        Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.02, 0.6), 0.1, 2,
     ),
     'corrected horizontal, H 0.1': (
-        oscillator('corrected', 'horizontal', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
+        Oscillator(RESTORING['corrected'], 'horizontal', PAPER_DESIGN, 0.07, 0.1), 0.1, 2,
     ),
     'default of qzs-rig frf': (
         Oscillator.of(scenario.of({}), 'vertical', 0.1 / 0.6, 0), 0.02, 3,  # 0.1 m over L20

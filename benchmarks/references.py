@@ -7,9 +7,10 @@ import time
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, RestoringLaw
 from qzs_rig.theory.balance.frequency_response import frequency_response
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import single_term
 from qzs_rig.units import DOFS
 
@@ -67,9 +68,9 @@ def model_section_5() -> Iterator[Row]:
 def rows() -> Iterator[Row]:
     """Every reference."""
     yield from duffing()
-    taylor = oscillator('taylor', 'vertical', PAPER_DESIGN, 0.07, 0.6)
+    taylor = Oscillator(RESTORING['taylor'], 'vertical', PAPER_DESIGN, 0.07, 0.6)
     yield from folds(taylor, 'taylor', (0.02, 3.0), (0.4724070372, 0.2071890982), 1e-8)
-    closed = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.02, 0.6)
+    closed = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.02, 0.6)
     yield from folds(closed, 'closed_form', (0.25, 1.6), (0.3176651784, 0.2964333635), 1e-8)
     yield from model_section_5()
 

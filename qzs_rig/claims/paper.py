@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.report.table import Table
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import TRANSLATIONS
 
 K1, PAYLOAD = 20000.0, 50.0
@@ -26,7 +27,7 @@ ZETAS = (0.0158, ZETA, 0.158)
 def paper_oscillator(dof: str, zeta: float = ZETA, law: str = 'corrected') -> Oscillator:
     """A degree of freedom of the paper's platform under its base amplitude."""
     amplitude = AMPLITUDE if dof in TRANSLATIONS else TURN
-    return oscillator(law, dof, PAPER_DESIGN, zeta, amplitude)
+    return Oscillator(RESTORING[law], dof, PAPER_DESIGN, zeta, amplitude)
 
 
 class Verdict(NamedTuple):

@@ -10,7 +10,6 @@ import numpy as np
 
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import Platform
-from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import Design, RestoringLaw
 from qzs_rig.mechanics.statics import equilibrium
 from qzs_rig.parameters import RunSpec
@@ -133,12 +132,3 @@ class Oscillator:
     def base(self, omega: Any) -> Any:
         """Amplitude of v."""
         return self.amplitude * omega ** float(-self.falloff)
-
-
-def oscillator(
-    law: str, dof: str, design: Design, zeta: float, amplitude: float, falloff: int = 0
-) -> Oscillator:
-    """An Oscillator by the name of its law."""
-    if law not in RESTORING:
-        raise InputError(f'law {law!r} is unknown; give one of {", ".join(RESTORING)}')
-    return Oscillator(RESTORING[law], dof, design, zeta, amplitude, falloff=falloff)

@@ -9,11 +9,12 @@ import pytest
 from motion_laws import double_well, ueda
 
 from qzs_rig.errors import InputError
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.motion.basin import LOST, UNSETTLED, basin, jump_margin
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import history, strobe
-from qzs_rig.theory.oscillator import oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import single_term
 
 ZETA, PUSH, OMEGA = 0.05, 0.05, 0.75
@@ -21,7 +22,7 @@ ZETA, PUSH, OMEGA = 0.05, 0.05, 0.75
 
 def bistable():
     """A hardening law between its folds, where two cycles live; constant acceleration."""
-    return oscillator('symmetric', 'vertical', PAPER_DESIGN, ZETA, PUSH, falloff=2)
+    return Oscillator(RESTORING['symmetric'], 'vertical', PAPER_DESIGN, ZETA, PUSH, falloff=2)
 
 
 def test_two_branches_have_two_basins():
@@ -60,7 +61,7 @@ def test_an_odd_law_has_basins_that_mirror_half_a_period_later():
 
 
 def test_starts_that_are_lost_and_starts_that_never_settle():
-    own = oscillator('corrected', 'horizontal_rotation', PAPER_DESIGN, 0.1, 0.05)
+    own = Oscillator(RESTORING['corrected'], 'horizontal_rotation', PAPER_DESIGN, 0.1, 0.05)
     found = basin(own, 0.5, [0.0, 0.9], [0.0, 1.0])
     assert found.which[1, 1] == LOST
     chaos = basin(ueda(), 1.0, [2.4, 2.5], [0.0], periods=100)
@@ -96,7 +97,7 @@ def test_the_level_that_makes_it_jump_is_where_the_lower_branch_ends():
 
 
 def test_a_motion_without_rival_has_no_margin():
-    own = oscillator('linear', 'vertical', PAPER_DESIGN, 0.1, 0.3)
+    own = Oscillator(RESTORING['linear'], 'vertical', PAPER_DESIGN, 0.1, 0.3)
     margin = jump_margin(own, 0.5, largest_kick=1.0)
     assert math.isnan(margin.kick)
     assert math.isnan(margin.rise)

@@ -8,16 +8,17 @@ from motion_laws import double_well
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.motion.batch import Batch, batch_along
 from qzs_rig.theory.motion.chaos import carried, from_rest
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import folds
 
 
 def test_an_undecayed_transient_is_not_called_chaos():
     """Erratum E16: Figure 13 with 6.28 put in as Omega still scatters at light damping."""
-    own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.6)
+    own = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.6)
     zeta = np.array([0.0158, 0.03, 0.05, 0.07, 0.1, 0.158])
     found = from_rest(Batch.of(own, 6.28, zeta=zeta))
     assert found.kind.tolist() == ['transient'] * 3 + ['periodic'] * 3
@@ -32,7 +33,7 @@ def test_an_undecayed_transient_is_not_called_chaos():
 
 
 def test_figure_13_with_the_platforms_own_omega_has_no_transient_left():
-    own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.6)
+    own = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.6)
     found = from_rest(Batch.of(own, 0.314, zeta=[0.0158, 0.03, 0.1]))
     assert (found.kind == 'periodic').all()
     assert (found.seen.period == 1).all()
@@ -48,7 +49,7 @@ def test_chaos_is_called_chaos(push, kind):
 
 
 def test_a_lost_run_is_called_lost():
-    own = oscillator('corrected', 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
+    own = Oscillator(RESTORING['corrected'], 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
     runs = Batch.of(own, [1.0, 1.1], w=0.9, velocity=1.0)
     assert from_rest(runs, periods=20, keep=10).count('lost') == 2
     assert carried(runs, periods=20, keep=10).count('lost') == 2
@@ -56,7 +57,7 @@ def test_a_lost_run_is_called_lost():
 
 def test_a_sweep_that_remembers_jumps_at_the_folds():
     zeta, push = 0.05, 0.05
-    own = oscillator('symmetric', 'vertical', PAPER_DESIGN, zeta, push, falloff=2)
+    own = Oscillator(RESTORING['symmetric'], 'vertical', PAPER_DESIGN, zeta, push, falloff=2)
     low, high = folds(0.0, 4.2, zeta, push, 2)
     omega = np.linspace(0.8 * low, 1.15 * high, 40)
     up = carried(Batch.of(own, omega), periods=400, keep=1).seen

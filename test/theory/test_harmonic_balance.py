@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from theory_motions import DUFFING, cubic, integrated, state
 
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.balance import continuation, newton
 from qzs_rig.theory.balance.basis import Basis, lopsided, mirrored, resized, symmetric
@@ -23,10 +24,10 @@ from qzs_rig.theory.balance.harmonic_balance import (
 from qzs_rig.theory.balance.newton import Point
 from qzs_rig.theory.balance.search import describing, motions
 from qzs_rig.theory.balance.stability import determinants, floquet
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import single_term
 
-CLOSED = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.3)
+CLOSED = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.3)
 BASES = [Basis.full(9), Basis.full(9).doubled(), Basis.odd(9), Basis.odd(9).even()]
 
 
@@ -94,7 +95,7 @@ def test_steady_motions_repeat():
 
 
 def test_one_harmonic_motions_are_all_there():
-    own = oscillator('symmetric', 'vertical', PAPER_DESIGN, 0.07, 1 / 12)
+    own = Oscillator(RESTORING['symmetric'], 'vertical', PAPER_DESIGN, 0.07, 1 / 12)
     expected = single_term(0.0, 4.2, 0.07, 1 / 12, [0.5]).W[0]
     found = motions(own, describing(own), 0.5)
     W = np.hypot(found[:, 1], found[:, 2])
@@ -104,7 +105,7 @@ def test_one_harmonic_motions_are_all_there():
 
 
 def test_symmetry_of_laws_and_motions():
-    assert symmetric(oscillator('corrected', 'horizontal', PAPER_DESIGN, 0.1, 0.1))
+    assert symmetric(Oscillator(RESTORING['corrected'], 'horizontal', PAPER_DESIGN, 0.1, 0.1))
     assert not symmetric(CLOSED)
     x = np.arange(1.0, 8.0)
     assert mirrored(mirrored(x)).tolist() == x.tolist()

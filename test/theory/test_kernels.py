@@ -14,7 +14,7 @@ from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.motion import kernels
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.kernels import schedule
-from qzs_rig.theory.oscillator import oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
 
 
@@ -42,7 +42,7 @@ def test_the_next_process_finds_a_kernel_on_disk():
 @pytest.mark.parametrize('number', range(4), ids=DOFS)
 def test_every_law_has_a_period_of_its_own(law, number):
     """A kernel taken from the disk for another law would kick by another force."""
-    runs = Batch.of(oscillator(law, DOFS[number], PAPER_DESIGN, 0.1, 0.2), 0.8, w=0.1)
+    runs = Batch.of(Oscillator(RESTORING[law], DOFS[number], PAPER_DESIGN, 0.1, 0.2), 0.8, w=0.1)
     plain, moved = runs.law.along(number, math.sqrt), []
     for period in (
         kernels.advancing(runs.law, number),

@@ -10,13 +10,14 @@ from motion_laws import rates, ueda
 from scipy.integrate import solve_ivp
 
 from qzs_rig.errors import InputError
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, rsqrt
 from qzs_rig.theory.motion import kernels
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.chaos import exponents
 from qzs_rig.theory.motion.kernels import schedule
 from qzs_rig.theory.motion.stroboscope import strobe
-from qzs_rig.theory.oscillator import oscillator
+from qzs_rig.theory.oscillator import Oscillator
 
 
 def test_the_exponent_of_ueda():
@@ -34,7 +35,7 @@ def test_the_exponent_of_ueda():
 
 def test_a_linear_oscillator_has_minus_zeta_or_its_slower_root():
     for zeta in (0.05, 0.6):
-        own = oscillator('linear', 'vertical', PAPER_DESIGN, zeta, 0.3)
+        own = Oscillator(RESTORING['linear'], 'vertical', PAPER_DESIGN, zeta, 0.3)
         found = exponents(Batch.of(own, 0.7), steps=48, periods=800, before=50)
         slower = -zeta + math.sqrt(max(zeta**2 - 0.1, 0.0))
         # a turning disturbance swings by a few 1/t
@@ -65,7 +66,7 @@ def test_the_exponent_of_a_cycle_is_that_of_its_larger_multiplier():
 
 
 def test_the_interpreter_gives_the_same_exponents():
-    own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.6)
+    own = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.6)
     runs = Batch.of(own, 0.314, zeta=[0.05, 0.1])
     how = runs.table, runs.numbers, schedule(16), 1
     fast, slow = ((np.empty((2, 5)), np.empty((2, 2))) for _ in range(2))
@@ -78,7 +79,7 @@ def test_the_interpreter_gives_the_same_exponents():
 
 
 def test_a_lost_run_has_no_exponent():
-    own = oscillator('corrected', 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
+    own = Oscillator(RESTORING['corrected'], 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
     found = exponents(Batch.of(own, 1.0, w=0.9, velocity=1.0), steps=32, periods=32, before=0)
     assert np.isnan(found.value[0])
     assert not found.chaotic[0]

@@ -11,7 +11,7 @@ from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.balance.continuation import Ending, Stop
 from qzs_rig.theory.balance.frequency_response import frequency_response, least_branch
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.theory.single_term import folds
 from qzs_rig.units import DOFS, TRANSLATIONS
 
@@ -21,7 +21,7 @@ def omegas(response, kind='fold'):
 
 
 def vertical(law, zeta, amplitude):
-    return oscillator(law, 'vertical', PAPER_DESIGN, zeta, amplitude)
+    return Oscillator(RESTORING[law], 'vertical', PAPER_DESIGN, zeta, amplitude)
 
 
 @pytest.fixture(scope='module')
@@ -88,7 +88,7 @@ def test_as_many_harmonics_as_it_takes(closed_form):
 @pytest.mark.parametrize('dof', DOFS)
 def test_time_integration_stays_on_stable_branches(law, dof):
     amplitude = 0.3 if dof in TRANSLATIONS else 0.0873
-    own = oscillator(law, dof, PAPER_DESIGN, 0.05, amplitude)
+    own = Oscillator(RESTORING[law], dof, PAPER_DESIGN, 0.05, amplitude)
     found = frequency_response(own, 0.08, 2.5, isolas=False)
     assert found.branches
     for branch in found.branches:
@@ -120,7 +120,11 @@ def test_multipliers_are_those_of_the_flow(taylor):
     [
         (vertical('taylor', 0.07, 0.6), 'fold', 1.0),
         (vertical('symmetric', 0.07, 0.6), 'symmetry_breaking', 1.0),
-        (oscillator('closed_form', 'horizontal', PAPER_DESIGN, 0.07, 0.6), 'period_doubling', -1.0),
+        (
+            Oscillator(RESTORING['closed_form'], 'horizontal', PAPER_DESIGN, 0.07, 0.6),
+            'period_doubling',
+            -1.0,
+        ),
     ],
 )
 def test_events_sit_where_the_flow_says(own, kind, multiplier):
@@ -167,7 +171,7 @@ def test_a_peak_at_a_fold():
 
 
 def test_no_motion_at_the_end_is_told():
-    own = oscillator('closed_form', 'horizontal_rotation', PAPER_DESIGN, 0.05, 1.5)
+    own = Oscillator(RESTORING['closed_form'], 'horizontal_rotation', PAPER_DESIGN, 0.05, 1.5)
     found = least_branch(own, 0.5, 2.0, 'down', 7)
     assert found.branches == ()
     assert found.reason == 'no steady motion was found'
@@ -224,7 +228,7 @@ def test_held_quantity_of_the_base(falloff):
 
 
 def test_a_branch_that_leaves_the_law_says_so():
-    own = oscillator('corrected', 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
+    own = Oscillator(RESTORING['corrected'], 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
     found = frequency_response(own, 0.05, 1.0, isolas=False)
     assert found.reason is not None
     assert 'law corrected ends at |w| = 1' in found.reason

@@ -8,14 +8,15 @@ from scipy.special import ellipk
 from theory_motions import DUFFING, cubic, integrated, state
 
 from qzs_rig.errors import InputError
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN
 from qzs_rig.theory.balance.backbone import backbone, phase_resonance
 from qzs_rig.theory.balance.frequency_response import frequency_response
 from qzs_rig.theory.balance.harmonic_balance import value_of, with_value
 from qzs_rig.theory.balance.variation import jump_map, varied_response
-from qzs_rig.theory.oscillator import Oscillator, oscillator
+from qzs_rig.theory.oscillator import Oscillator
 
-TAYLOR = oscillator('taylor', 'vertical', PAPER_DESIGN, 0.07, 0.3)
+TAYLOR = Oscillator(RESTORING['taylor'], 'vertical', PAPER_DESIGN, 0.07, 0.3)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +95,7 @@ def test_a_linear_law_resonates_at_one_frequency():
 
 
 def test_quasi_zero_stiffness_starts_at_zero():
-    own = oscillator('symmetric', 'vertical', PAPER_DESIGN, 0.02, 0.1)
+    own = Oscillator(RESTORING['symmetric'], 'vertical', PAPER_DESIGN, 0.02, 0.1)
     (curve,) = backbone(own, 0.02, 2.0)
     # w'' + 4.2 w³ = 0: frequency is proportional to amplitude
     ratio = curve.omega / curve.amplitude

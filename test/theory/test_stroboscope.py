@@ -12,12 +12,13 @@ from motion_laws import double_well, rates, ueda
 from scipy.integrate import solve_ivp
 
 from qzs_rig.errors import InputError
+from qzs_rig.mechanics.restoring import RESTORING
 from qzs_rig.mechanics.restoring.law import PAPER_DESIGN, Design, fast_rsqrt, rsqrt
 from qzs_rig.theory.motion import cycles, kernels
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.kernels import DRIFTS, KICKS, kick_weights, schedule
 from qzs_rig.theory.motion.stroboscope import LONGEST, RETURN, history, strobe, strobe_within
-from qzs_rig.theory.oscillator import oscillator
+from qzs_rig.theory.oscillator import Oscillator
 from qzs_rig.units import DOFS
 
 OMEGA = 0.8
@@ -25,7 +26,7 @@ WHOLE = {'periods': 12, 'keep': 12, 'early': False}
 
 
 def figure_13(n=40, omega=0.314, dof='vertical', law='closed_form', **varied):
-    own = oscillator(law, dof, PAPER_DESIGN, 0.07, 0.6)
+    own = Oscillator(RESTORING[law], dof, PAPER_DESIGN, 0.07, 0.6)
     return Batch.of(own, omega, **{'zeta': np.linspace(0.0158, 0.158, n), **varied})
 
 
@@ -46,7 +47,7 @@ def test_drifts_and_kicks_make_one_step():
 
 @pytest.mark.parametrize('zeta', [0.0, 0.1])
 def test_the_method_is_of_order_six(zeta):
-    own = oscillator('symmetric', 'vertical', PAPER_DESIGN, zeta, 0.6)
+    own = Oscillator(RESTORING['symmetric'], 'vertical', PAPER_DESIGN, zeta, 0.6)
     runs = Batch.of(own, OMEGA, w=[0.1, 0.2, 0.3, 0.5])
     ends = [strobe(runs, steps=n, periods=2, keep=1).end for n in (32, 64, 128)]
     coarse, fine = (np.abs(b - a).max() for a, b in pairwise(ends))
@@ -56,7 +57,7 @@ def test_the_method_is_of_order_six(zeta):
 
 @pytest.mark.parametrize('law', ['closed_form', 'corrected', 'symmetric', 'geometric'])
 def test_w_and_velocity_agree_with_an_independent_solver(law):
-    own = oscillator(law, 'vertical', PAPER_DESIGN, 0.07, 0.3)
+    own = Oscillator(RESTORING[law], 'vertical', PAPER_DESIGN, 0.07, 0.3)
     for phase in (0.0, 2.0):
         start = (0.2, -0.1)
         runs = Batch.of(own, OMEGA, w=start[0], velocity=start[1])
@@ -73,20 +74,20 @@ def test_an_unbalanced_load_and_designs_of_their_own(number):
     first = Design.of(1.1, 0.1, 0.8, 0.08)
     designs = [first, Design.of(1.5, 0.5, 0.8, 0.2)]
     both = Design(np.transpose(designs))
-    own = oscillator('corrected', DOFS[number], both, 0.1, 0.1)
+    own = Oscillator(RESTORING['corrected'], DOFS[number], both, 0.1, 0.1)
     runs = Batch.of(own, OMEGA, load=0.001)
     seen = strobe(runs, steps=64, **WHOLE)
     for k, design in enumerate(designs):
-        one = oscillator('corrected', DOFS[number], design, 0.1, 0.1)
+        one = Oscillator(RESTORING['corrected'], DOFS[number], design, 0.1, 0.1)
         shared = strobe(Batch.of(one, OMEGA, load=0.001), steps=64, **WHOLE)
         # the same sums, regrouped by the compiler
         assert seen.w[k] == pytest.approx(shared.w[0], abs=1e-11)
-    loaded = replace(oscillator('corrected', DOFS[number], first, 0.1, 0.1), load=0.001)
+    loaded = replace(Oscillator(RESTORING['corrected'], DOFS[number], first, 0.1, 0.1), load=0.001)
     assert seen.w[0] == pytest.approx(solved(loaded, OMEGA, 12)[:, 0], abs=1e-8)
 
 
 def test_energy_stays_without_damping_and_falls_as_it_should_with():
-    own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.0, 0.0)
+    own = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.0, 0.0)
     seen = strobe(Batch.of(own, OMEGA, w=[0.1, 0.5, 1.0]), steps=64, **WHOLE)
     A, k3, L1, _, a, b = PAPER_DESIGN
 
@@ -100,7 +101,7 @@ def test_energy_stays_without_damping_and_falls_as_it_should_with():
     start = potential(np.array([0.1, 0.5, 1.0]))
     # symplectic of order 6: the energy swings by the error of a step and does not drift
     assert np.abs(energy - start[:, None]).max() < 1e-9
-    linear = oscillator('linear', 'vertical', PAPER_DESIGN, 0.1, 0.0)
+    linear = Oscillator(RESTORING['linear'], 'vertical', PAPER_DESIGN, 0.1, 0.0)
     seen = strobe(Batch.of(linear, OMEGA, w=1.0), steps=64, **WHOLE)
     t, rate = 2 * math.pi / OMEGA * np.arange(1, 13), math.sqrt(0.1 - 0.1**2)
     exact = np.exp(-0.1 * t) * (np.cos(rate * t) + 0.1 / rate * np.sin(rate * t))
@@ -170,7 +171,7 @@ def test_periods_of_the_double_well(push, period):
 def test_the_fundamental_is_that_of_the_harmonic_balance():
     from qzs_rig.theory.balance.harmonic_balance import steady, transmissibility
 
-    own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.6)
+    own = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.6)
     seen = strobe(Batch.of(own, [1.5, 2.0]), steps=48)
     start = np.zeros((2, 41))
     start[:, 1], start[:, 2] = seen.fundamental.real, -seen.fundamental.imag
@@ -181,7 +182,7 @@ def test_the_fundamental_is_that_of_the_harmonic_balance():
 
 
 def test_a_run_that_leaves_its_law_is_lost():
-    own = oscillator('corrected', 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
+    own = Oscillator(RESTORING['corrected'], 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
     seen = strobe(Batch.of(own, [0.3, 1.0], w=[0.0, 0.9]), steps=32, periods=50, keep=50)
     lost = seen.period < 0
     assert lost.any()
@@ -201,7 +202,7 @@ def test_the_history_passes_through_what_the_stroboscope_sees():
 
 
 def test_a_history_ends_where_the_law_does():
-    own = oscillator('corrected', 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
+    own = Oscillator(RESTORING['corrected'], 'horizontal_rotation', PAPER_DESIGN, 0.02, 0.9)
     run = history(Batch.of(own, 1.0, w=0.9, velocity=1.0), 2, 32)
     assert np.isnan(run.w[-1])
     assert np.isfinite(run.w[0])
@@ -217,7 +218,7 @@ def test_the_error_asked_for_is_kept_run_by_run():
 
 
 def test_frequencies_far_apart_get_steps_of_their_own():
-    own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.6)
+    own = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.6)
     seen = strobe_within(Batch.of(own, [0.1, 0.8, 3.0]), periods=60, keep=20)
     assert seen.steps[0] > seen.steps[1] > seen.steps[2]
     assert (seen.error <= 1e-6).all()
@@ -238,13 +239,13 @@ def test_chaos_keeps_no_error_and_says_so():
     ],
 )
 def test_runs_are_refused_by_name(varied, message):
-    own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.6)
+    own = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.6)
     with pytest.raises(InputError, match=message):
         Batch.of(own, 1.0, **varied)
 
 
 def test_a_frequency_of_zero_is_refused():
-    own = oscillator('closed_form', 'vertical', PAPER_DESIGN, 0.07, 0.6)
+    own = Oscillator(RESTORING['closed_form'], 'vertical', PAPER_DESIGN, 0.07, 0.6)
     with pytest.raises(InputError, match=r'omega is 0.0; a run needs a number above 0'):
         Batch.of(own, 0.0)
 
