@@ -25,8 +25,9 @@ def test_the_next_process_finds_a_kernel_on_disk():
         "period = advancing(RESTORING['closed_form'], 0)\n"
         'print(len(period.stats.cache_hits), len(grow.stats.cache_hits))'
     )
-    # names in sets have another order with each seed; of a fresh install the first two processes
-    # may both compile, the third never
+    # names in sets have another order with each seed. numba's key has the pickled formula, and that
+    # of a module just compiled from source differs from that of its .pyc: without .pyc files the
+    # second process may compile, too
     for seed in ('1', '2', '3'):
         run = subprocess.run(
             [sys.executable, '-c', program],

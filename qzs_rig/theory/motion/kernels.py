@@ -8,7 +8,9 @@ disturb.
 
 `advancing` compiles a period around the force of a law. Everything else knows no law: it takes that
 period as an argument and is compiled once. numba keeps all of it on disk and compiles it anew where
-this file or a law's formula is edited; after an edit of this file, save `cycles`, too.
+this file or a law's formula is edited; after an edit of this file, save `cycles`, too. Where a
+package is installed without .pyc files, the second process compiles once more: numba's key has the
+pickled formula, whose constants are other objects when Python has loaded them from a .pyc.
 """
 
 from __future__ import annotations
