@@ -34,7 +34,7 @@ class Balance(Equations, Protocol):
 
     @property
     def harmonics(self) -> int:
-        """H."""
+        """The highest harmonic H of the motions."""
 
     @property
     def odd(self) -> bool:
@@ -42,7 +42,7 @@ class Balance(Equations, Protocol):
 
     @property
     def mirrored(self) -> bool:
-        """Is every motion, upside down and half a period later, another one?"""
+        """Is a motion, upside down and half a period later, a motion, too?"""
 
     @property
     def ladder(self) -> tuple[int, ...]: ...
@@ -90,7 +90,7 @@ class Balance(Equations, Protocol):
         """0 where a motion loses its stability other than by a fold."""
 
     def kind(self, point: Point) -> str:
-        """How it does: the kind of the event."""
+        """The kind of that event, as in frequency_response.Event."""
 
     def along(self, point: Point) -> tuple[complex, complex]:
         """u/v of the fundamentals, and its slope along a path over frequency."""

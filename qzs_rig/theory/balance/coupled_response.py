@@ -241,7 +241,7 @@ class CoupledBalance(_Judged):
         return high / (float(np.linalg.norm(coefficients[:, 1:])) or 1.0)
 
     def beyond(self, x: Array) -> Ending | None:
-        """Does the plate turn so far that its arms would collide?"""
+        """Stop.TILT where the plate of unknowns x turns so far that arms would collide, or None."""
         own = self.full(x) @ self.basis.to_time.T
         tilted = float((own[3:] ** 2).sum(axis=0).max()) > FURTHEST_TILT**2
         return Ending(Stop.TILT) if tilted else None
@@ -288,7 +288,7 @@ class CoupledBalance(_Judged):
         return complex(self.multipliers(self.full(point.x), math.exp(point.p))[0])
 
     def defect(self, values: Array, coefficients: Array) -> float:
-        """0: not looked at."""
+        """0: what is left in more harmonics is not computed for six coordinates."""
         return 0.0
 
     def along(self, point: Point) -> tuple[complex, complex]:

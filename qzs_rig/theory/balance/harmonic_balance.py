@@ -71,7 +71,7 @@ class HarmonicBalance:
 
     @cached_property
     def mirrored(self) -> bool:
-        """Is every motion, upside down and half a period later, another one?"""
+        """Is a motion, upside down and half a period later, a motion, too?"""
         return not self.odd and symmetric(self.oscillator)
 
     @property
@@ -141,7 +141,7 @@ class HarmonicBalance:
         return length_of(coefficients[2 * harmonics - 3 :]) / (length_of(coefficients) or 1.0)
 
     def beyond(self, x: Array) -> Ending | None:
-        """Does the motion leave the law's domain, or all bounds?"""
+        """Why the equations end at unknowns x (n,), the law's domain or all bounds; None inside."""
         own, w = self.oscillator, float(np.abs(self.basis.to_time @ x).max())
         if w >= 0.9999 * own.domain:
             return Ending(Stop.DOMAIN, f'law {own.law.name} ends at |w| = {own.domain:g}')
@@ -199,7 +199,7 @@ class HarmonicBalance:
         return determinants(oscillator, omega, self.full(point.x), self.odd)[1]
 
     def kind(self, point: Point) -> str:
-        """How it does."""
+        """The kind of that event: 'symmetry_breaking' of odd motions, else 'period_doubling'."""
         return 'symmetry_breaking' if self.odd else 'period_doubling'
 
     def along(self, point: Point) -> tuple[complex, complex]:
