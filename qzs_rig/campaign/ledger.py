@@ -115,7 +115,7 @@ def differences(mine: Any, theirs: Any, name: str = '') -> list[str]:
         names = [*mine, *(key for key in theirs if key not in mine)]
         pairs = ((key, mine.get(key), theirs.get(key)) for key in names)
         return [line for key, a, b in pairs for line in differences(a, b, f'{name} {key}'.strip())]
-    return [] if mine == theirs else [f'{name} is {_told(mine)} here, {_told(theirs)} there']
+    return [] if mine == theirs else [f'{name} is {_shown(mine)} here, {_shown(theirs)} there']
 
 
 def _sign(folder: Path, plan: Plan) -> None:
@@ -150,5 +150,5 @@ def _refuse_foreign(folder: Path) -> None:
             )
 
 
-def _told(value: Any) -> str:
+def _shown(value: Any) -> str:
     return 'unset' if value is None else json.dumps(value)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from qzs_rig.campaign import ledger as ledgers
-from qzs_rig.campaign import table
+from qzs_rig.campaign import table_file
 from qzs_rig.campaign.finished import Finished
 from qzs_rig.campaign.ledger import Ledger
 from qzs_rig.campaign.plan import Plan
@@ -50,7 +50,7 @@ def perform(
     KeyboardInterrupt too, the chunks done are kept; the same call goes on from there. BLAS is held
     to one thread all the while: threads that each hold and release it would change its sums.
     """
-    usual = table.format_of(kind)
+    usual = table_file.format_of(kind)
     began = time.perf_counter()
     with ledgers.opened(folder, plan) as ledger:
         there = ledger.table
@@ -67,7 +67,7 @@ def perform(
             ledger.forget(number)
         found = _points(plan, ledger.kept())
         first = _compute(ledger, runner, found, progress, began)
-        finished = table.write(ledger, usual)
+        finished = table_file.write(ledger, usual)
         ledger.clear()
     return Performed(finished, found, len(damaged), first, time.perf_counter() - began)
 

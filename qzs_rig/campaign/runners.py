@@ -28,7 +28,7 @@ class Runner(Protocol):
 
     @property
     def text(self) -> str:
-        """Its name for a reader."""
+        """Who computes, as the plan of a campaign is announced."""
 
     @property
     def ahead(self) -> int:
@@ -102,7 +102,7 @@ class Cluster:
 
     @property
     def text(self) -> str:
-        """With the address."""
+        """As in `the cluster at tcp://10.0.0.7:8786`."""
         return f'the cluster at {self.address}'
 
     def results(self, plan: Plan, numbers: Sequence[int]) -> Iterator[tuple[int, Part]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from qzs_rig import scenario
-from qzs_rig.campaign import plan, table
+from qzs_rig.campaign import plan, table_file
 from qzs_rig.campaign.finished import quick_look, summary, summary_text
 from qzs_rig.campaign.ledger import TABLES
 from qzs_rig.campaign.perform import Expected, Performed, expected, perform
@@ -79,7 +79,7 @@ def add_to(verbs: Any) -> None:
         '--scheduler', metavar='tcp://…', help='run on the workers of this dask scheduler'
     )
     command.add_argument(
-        '--format', choices=table.FORMATS, help='of the table (default: parquet with pyarrow)'
+        '--format', choices=table_file.FORMATS, help='of the table (default: parquet with pyarrow)'
     )
     command.add_argument('--no-picture', action='store_true', help='leave out the quick look')
     shared.assignments(command)

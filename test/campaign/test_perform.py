@@ -16,7 +16,7 @@ from campaign_plans import statics
 
 from qzs_rig import __version__
 from qzs_rig.campaign import ledger as ledgers
-from qzs_rig.campaign import plan, table
+from qzs_rig.campaign import plan, table_file
 from qzs_rig.campaign.finished import quick_look, summary, summary_text
 from qzs_rig.campaign.perform import perform
 from qzs_rig.campaign.runners import Threads, evaluate
@@ -24,7 +24,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import platform_design
 from qzs_rig.report.still import still
 
-FORMATS = table.FORMATS
+FORMATS = table_file.FORMATS
 
 
 class Stopping:
@@ -260,7 +260,7 @@ def test_the_quick_look_of_a_hypercube_over_two_axes_is_drawn(tmp_path):
 
 
 def test_parquet_without_pyarrow_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(table, 'find_spec', lambda name: None)
-    assert table.format_of(None) == 'npz'
+    monkeypatch.setattr(table_file, 'find_spec', lambda name: None)
+    assert table_file.format_of(None) == 'npz'
     with pytest.raises(InputError, match=r"pip install 'qzs_rig\[campaign\]', or --format npz"):
         done(statics(), tmp_path, kind='parquet')

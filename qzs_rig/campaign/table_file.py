@@ -130,8 +130,12 @@ def _write_parquet(ledger: Ledger, reasons: list[str], path: Path) -> None:
     from pyarrow import parquet
 
     columns = _columns(ledger, reasons)
-    told = about(ledger.plan)
-    notes = {**told['varied'], **told['outputs'], 'reason': {'unit': '', 'text': 'why it failed'}}
+    described = about(ledger.plan)
+    notes = {
+        **described['varied'],
+        **described['outputs'],
+        'reason': {'unit': '', 'text': 'why it failed'},
+    }
 
     def arrays(number: int) -> list[Any]:
         made = {name: chunk(number) for name, chunk in columns.items()}
