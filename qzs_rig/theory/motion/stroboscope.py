@@ -89,11 +89,6 @@ class Stroboscope:
         with np.errstate(invalid='ignore'):
             return np.asarray(1.0 + self.fundamental / base)
 
-    @property
-    def largest(self) -> Array:
-        """(n,) largest |w| of the cycle or the last periods."""
-        return np.maximum(-self.low, self.high)
-
 
 def joined(parts: Sequence[Stroboscope], runs: Batch) -> Stroboscope:
     """Parts side by side, what `runs` did in this order."""
