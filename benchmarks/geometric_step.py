@@ -9,8 +9,8 @@ import time
 import numpy as np
 
 from qzs_rig import scenario
-from qzs_rig.mechanics.geometric.coupled_integrator import CoupledIntegrator
-from qzs_rig.mechanics.geometric.geometry import Geometry
+from qzs_rig.mechanics.coupled_integrator import CoupledIntegrator
+from qzs_rig.mechanics.geometry import Geometry
 from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform
 

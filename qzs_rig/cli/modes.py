@@ -6,8 +6,8 @@ import argparse
 from typing import Any
 
 from qzs_rig.cli import options as shared
-from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
-from qzs_rig.mechanics.geometric.modes import Modes, modes
+from qzs_rig.mechanics.equilibrium import Modes, modes
+from qzs_rig.mechanics.geometry import SIX, Geometry
 from qzs_rig.mechanics.restoring.geometric import GEOMETRIC
 from qzs_rig.samples import Array
 

@@ -124,7 +124,7 @@ class Platform:
     `vertical` because the paper's x points down and the rig's z up; 1 for rotations. `stiffness`
     scales force, F(w) = stiffness length F_hat(w_hat): k1 for translations, k1 L20 L0 otherwise.
     `load` is the unbalanced weight (over k1 L20). Numbers of a spec with columns are (n,).
-    `coupled`: this is only the projection of mechanics.geometric, which moves instead.
+    `coupled`: this is only the projection of mechanics.rigid_body, which moves instead.
     """
 
     law: RestoringLaw

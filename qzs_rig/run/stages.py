@@ -14,9 +14,9 @@ from qzs_rig.estimation.channels import ChannelMap, dofs_of
 from qzs_rig.estimation.estimate import Estimate
 from qzs_rig.excitation.drive import Drive, fade_out, shaped
 from qzs_rig.excitation.shaker import refuse_beyond_limits
-from qzs_rig.mechanics.geometric.coupled_integrator import CoupledIntegrator
-from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
-from qzs_rig.mechanics.geometric.modes import cautions
+from qzs_rig.mechanics.coupled_integrator import CoupledIntegrator
+from qzs_rig.mechanics.equilibrium import cautions
+from qzs_rig.mechanics.geometry import SIX, Geometry
 from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.parameters import RunSpec

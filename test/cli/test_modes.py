@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from qzs_rig.cli.main import execute
-from qzs_rig.mechanics.geometric.geometry import SIX
+from qzs_rig.mechanics.geometry import SIX
 
 
 def test_the_document_is_complete_and_consistent(capsys):

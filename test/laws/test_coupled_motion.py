@@ -14,12 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from qzs_rig import scenario
 from qzs_rig.errors import DivergenceError, InputError
-from qzs_rig.mechanics.geometric import motion
-from qzs_rig.mechanics.geometric.coupled_integrator import CoupledIntegrator, base_rows, body
-from qzs_rig.mechanics.geometric.energy import elastic, gradient, potential
-from qzs_rig.mechanics.geometric.geometry import Geometry
-from qzs_rig.mechanics.geometric.modes import mass, modes
-from qzs_rig.mechanics.geometric.pose import angles, axes_of, quaternion
+from qzs_rig.mechanics import rigid_body
+from qzs_rig.mechanics.coupled_integrator import CoupledIntegrator, base_rows, body
+from qzs_rig.mechanics.equilibrium import elastic, gradient, mass, modes, potential
+from qzs_rig.mechanics.geometry import Geometry, angles, axes_of, quaternion
 from qzs_rig.mechanics.integrator import Integrator
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.run import in_process
@@ -31,7 +29,7 @@ SIZE = np.array([0.03, 0.02, 0.1, 0.08])  # m, m, rad, rad
 TONES = np.array([[9.0, 14.0], [8.0, 15.0], [7.0, 16.0], [6.0, 17.0]])  # rad/s
 LARGE = {'I_vm': 2.0, 'I_hm': 1.5, 'cm_height': 0.1}
 """A payload of some width: all modes within 1 to 4 Hz."""
-STILL = np.zeros(motion.BASE)
+STILL = np.zeros(rigid_body.BASE)
 
 
 def geometry_of(**given) -> Geometry:
@@ -81,8 +79,8 @@ def eighth_order():
     """Dormand and Prince's 8th order method at fixed step, compiled, from scipy's tableau."""
     import numba
 
-    motion.compiled()
-    rates = numba.njit(motion.rates)
+    rigid_body.compiled()
+    rates = numba.njit(rigid_body.rates)
     A = np.ascontiguousarray(dop853.A[:12, :12])
     B = np.ascontiguousarray(dop853.B)
 
@@ -142,7 +140,9 @@ def test_damping_takes_energy_away():
     rows = [STILL.tolist()] * (n + 1)
     states, slopes = [()] * n, [()] * n
     plant = body(geometry)
-    assert motion.march(geometry.springs, plant, 1e-3, start, rows, rows[1:], states, slopes) == n
+    assert (
+        rigid_body.march(geometry.springs, plant, 1e-3, start, rows, rows[1:], states, slopes) == n
+    )
     total = energy(geometry, np.array(states))
     assert (np.diff(total) < 0).all()
     # dE/dt is minus the dampers' power, with rates relative to a base at rest
@@ -164,7 +164,7 @@ def test_a_body_without_springs_moves_freely():
     n, h = 2000, 1e-3
     rows = [STILL.tolist()] * (n + 1)
     states, slopes = [()] * n, [()] * n
-    motion.march(springs, plant, h, tuple(start.tolist()), rows, rows[1:], states, slopes)
+    rigid_body.march(springs, plant, h, tuple(start.tolist()), rows, rows[1:], states, slopes)
     last, t = np.array(states[-1]), n * h
     fall = np.array([0, 0, -0.5 * GRAVITY * t**2])
     assert np.allclose(last[:3], start[3:6] * t + fall, rtol=0, atol=1e-10)
@@ -192,7 +192,7 @@ def test_small_free_motion_is_the_modes():
         shape = 1e-7 * found.shapes[:, mode] / np.abs(found.shapes[:, mode]).max()
         start = state_of(found.rest.pose + shape, height=geometry.height)
         states, slopes = [()] * n, [()] * n
-        motion.march(geometry.springs, undamped, h, start, rows, rows[1:], states, slopes)
+        rigid_body.march(geometry.springs, undamped, h, start, rows, rows[1:], states, slopes)
         end = np.array(states[-1])
         expected = state_of(found.rest.pose + shape * math.cos(w * n * h), height=geometry.height)
         # second order in 1e-7
@@ -218,7 +218,7 @@ def test_the_equations_of_motion_are_lagranges():
         tops = [t.apply([0, 0, geometry.height]) for t in turns]
         velocity = speed[[1, 4, 0]] + (tops[0] - tops[1]) / (2 * h)
         state = state_of(pose, spin, geometry.height, velocity)
-        slope = np.array(motion.rates(math.sqrt, geometry.springs, plant, STILL, state))
+        slope = np.array(rigid_body.rates(math.sqrt, geometry.springs, plant, STILL, state))
         got = angles(np.array([state[6:10]]), spin[None], slope[None, 10:]).acceleration[0]
         # central differences of order 1 with step 1e-5, magnified by 1 / I
         assert np.allclose(got, expected[[2, 3, 5]], rtol=1e-6, atol=1e-5)
@@ -322,7 +322,7 @@ def test_an_independent_solver_agrees():
 
     def slope(moment, state):
         row = base_rows(base_at([moment]))[0]
-        return motion.rates(math.sqrt, geometry.springs, plant, row, tuple(state))
+        return rigid_body.rates(math.sqrt, geometry.springs, plant, row, tuple(state))
 
     top = integrate(geometry, step, base_at(t))
     integrator = CoupledIntegrator(geometry, step, 1, 'python')
@@ -383,7 +383,7 @@ def test_a_base_that_is_not_finite_is_a_divergence(kernel):
 
 
 def test_numba_must_be_there_when_it_is_asked_for(monkeypatch):
-    motion.compiled.cache_clear()
+    rigid_body.compiled.cache_clear()
     monkeypatch.setitem(sys.modules, 'numba', None)
     with pytest.raises(InputError, match=r"platform\.kernel = 'numba' needs numba"):
         CoupledIntegrator(geometry_of(), 1e-3, 1, 'numba')

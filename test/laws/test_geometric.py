@@ -10,14 +10,20 @@ from scipy.spatial.transform import Rotation
 
 from qzs_rig import scenario
 from qzs_rig.errors import InputError
-from qzs_rig.mechanics.geometric.energy import elastic, gradient, potential, stiffness
-from qzs_rig.mechanics.geometric.equilibrium import equilibrium
-from qzs_rig.mechanics.geometric.geometry import SIX, Geometry
-from qzs_rig.mechanics.geometric.modes import cautions, mass, modes
-from qzs_rig.mechanics.geometric.motion import wrench
-from qzs_rig.mechanics.geometric.pose import rotation
+from qzs_rig.mechanics.equilibrium import (
+    cautions,
+    elastic,
+    equilibrium,
+    gradient,
+    mass,
+    modes,
+    potential,
+    stiffness,
+)
+from qzs_rig.mechanics.geometry import SIX, Geometry, rotation
 from qzs_rig.mechanics.platform import Platform
 from qzs_rig.mechanics.restoring import RESTORING
+from qzs_rig.mechanics.rigid_body import wrench
 from qzs_rig.units import DOFS, GRAVITY
 
 CASES = {

@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from qzs_rig import scenario
-from qzs_rig.mechanics.geometric import motion
-from qzs_rig.mechanics.geometric.coupled_integrator import base_rows, body
-from qzs_rig.mechanics.geometric.geometry import Geometry
+from qzs_rig.mechanics import rigid_body
+from qzs_rig.mechanics.coupled_integrator import base_rows, body
+from qzs_rig.mechanics.geometry import Geometry
 from qzs_rig.theory.balance import newton
 from qzs_rig.theory.balance.coupled_response import CoupledBalance, coupled_response
 from qzs_rig.theory.balance.frequency_response import frequency_response
@@ -61,7 +61,7 @@ def after_a_period(plate, omega, start):
         base = np.zeros((1, 8))
         base[0, index] = size * math.cos(omega * rate * t)
         base[0, 4 + index] = -size * omega * rate * math.sin(omega * rate * t)
-        return motion.rates(math.sqrt, g.springs, body(g), base_rows(base)[0], y)
+        return rigid_body.rates(math.sqrt, g.springs, body(g), base_rows(base)[0], y)
 
     end = 2 * np.pi / (omega * rate)
     return solve_ivp(rates, (0, end), start, 'DOP853', [end], rtol=1e-10, atol=1e-12).y[:, -1]

@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from qzs_rig.mechanics.geometric.geometry import Geometry
+from qzs_rig.mechanics.geometry import Geometry
 from qzs_rig.mechanics.platform import coupled
 from qzs_rig.parameters import RunSpec
 from qzs_rig.samples import Array

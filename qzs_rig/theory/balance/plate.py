@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from qzs_rig.mechanics.geometric import motion
-from qzs_rig.mechanics.geometric.equilibrium import equilibrium
-from qzs_rig.mechanics.geometric.geometry import Geometry
-from qzs_rig.mechanics.geometric.pose import axes_of, quaternion
+from qzs_rig.mechanics import rigid_body
+from qzs_rig.mechanics.equilibrium import equilibrium
+from qzs_rig.mechanics.geometry import Geometry, axes_of, quaternion
 from qzs_rig.samples import Array
 from qzs_rig.units import GRAVITY
 
@@ -91,7 +90,7 @@ class Plate:
         ddi, ddj, ddk = ddq[3:]
         ddw = -(i * ddi + j * ddj + k * ddk + di * di + dj * dj + dk * dk + dw * dw) / w
         state = (x, y, z, *dq[:3], w, i, j, k, *_turning((w, i, j, k), (dw, di, dj, dk)))
-        slope = motion.rates(np.sqrt, springs, body, self._row(omega, angle), state)
+        slope = rigid_body.rates(np.sqrt, springs, body, self._row(omega, angle), state)
         turned = _turning((w, i, j, k), (ddw, ddi, ddj, ddk))
         return np.stack(
             [a - b for a, b in zip((*ddq[:3], *turned), (*slope[3:6], *slope[10:]), strict=True)]
@@ -108,7 +107,7 @@ class Plate:
         )
 
     def _row(self, omega: float, angle: Array) -> tuple[Any, ...]:
-        """The base as `motion.rates` takes it; level unless it is turned."""
+        """The base as `rigid_body.rates` takes it; level unless it is turned."""
         v, dv = self.base(omega) * np.cos(angle), -self.base(omega) * omega * np.sin(angle)
         still, one = np.zeros_like(angle), np.ones_like(angle)
         moves = {'vertical': (still, v, still, dv), 'horizontal': (v, still, dv, still)}

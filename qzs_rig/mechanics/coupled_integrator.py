@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from qzs_rig.errors import DivergenceError
-from qzs_rig.mechanics.geometric import motion
-from qzs_rig.mechanics.geometric.equilibrium import equilibrium
-from qzs_rig.mechanics.geometric.geometry import Geometry
-from qzs_rig.mechanics.geometric.pose import angles, axes_of, quaternion, turned_by
-from qzs_rig.mechanics.stepping import Stepper, by_kernel
+from qzs_rig.mechanics import rigid_body
+from qzs_rig.mechanics.equilibrium import equilibrium
+from qzs_rig.mechanics.geometry import Geometry, angles, axes_of, quaternion, turned_by
+from qzs_rig.mechanics.integrator import Stepper, by_kernel
 from qzs_rig.samples import Array
 from qzs_rig.units import GRAVITY
 
@@ -34,8 +33,8 @@ class CoupledIntegrator(Stepper):
     def __init__(self, geometry: Geometry, step: float, substeps: int, kernel: str) -> None:
         super().__init__(step, substeps)
         self._geometry = geometry
-        fast = by_kernel(kernel, motion.compiled)
-        self._march, self._lists = fast or motion.march, fast is None
+        fast = by_kernel(kernel, rigid_body.compiled)
+        self._march, self._lists = fast or rigid_body.march, fast is None
         self._rest = equilibrium(geometry).pose
         self._body = body(geometry)
         self._state: tuple[float, ...] = ()
@@ -44,7 +43,7 @@ class CoupledIntegrator(Stepper):
         row = base_rows(base[None])[0]
         self._state = _riding(self._geometry, self._rest, row)
         springs = self._geometry.springs
-        slope = motion.rates(math.sqrt, springs, self._body, row.tolist(), self._state)
+        slope = rigid_body.rates(math.sqrt, springs, self._body, row.tolist(), self._state)
         top = self._motion(np.array([self._state]), np.array([slope]), base[None])
         return np.asarray(top[0])
 
@@ -52,8 +51,8 @@ class CoupledIntegrator(Stepper):
         nodes = self._nodes(samples)
         ends, mids = base_rows(nodes.ends), base_rows(nodes.mid)
         n = len(mids)
-        states: Any = np.empty((n, motion.STATE))
-        slopes: Any = np.empty((n, motion.STATE))
+        states: Any = np.empty((n, rigid_body.STATE))
+        slopes: Any = np.empty((n, rigid_body.STATE))
         if self._lists:
             ends, mids, states, slopes = ends.tolist(), mids.tolist(), [()] * n, [()] * n
         try:
@@ -75,7 +74,7 @@ class CoupledIntegrator(Stepper):
         if n:
             self._state = tuple(float(value) for value in states[-1])
         last = slice(self._substeps - 1, None, self._substeps)
-        shape = (n // self._substeps, motion.STATE)
+        shape = (n // self._substeps, rigid_body.STATE)
         states, slopes = np.reshape(states[last], shape), np.reshape(slopes[last], shape)
         return self._motion(states, slopes, samples[1:])
 
@@ -113,7 +112,7 @@ class CoupledIntegrator(Stepper):
 
 
 def body(geometry: Geometry) -> tuple[float, ...]:
-    """Mass, inertia, damping and constant forces as `motion.rates` takes them."""
+    """Mass, inertia, damping and constant forces as `rigid_body.rates` takes them."""
     g = geometry
     return (
         *(g.mass, g.height, g.inertia_z, g.inertia_xy),
@@ -123,8 +122,8 @@ def body(geometry: Geometry) -> tuple[float, ...]:
 
 
 def base_rows(base: Array) -> Array:
-    """Base motion (n, 8), position and velocity in the order of DOFS, as `motion.rates` takes it:
-    (n, motion.BASE)."""
+    """Base motion (n, 8), position and velocity in the order of DOFS, as `rigid_body.rates` takes
+    it: (n, rigid_body.BASE)."""
     z, x, yaw, pitch, vz, vx, yaw_rate, pitch_rate = base.T
     sy, cy, sp, cp = np.sin(yaw), np.cos(yaw), np.sin(pitch), np.cos(pitch)
     turned = (yaw != 0.0) | (pitch != 0.0) | (yaw_rate != 0.0) | (pitch_rate != 0.0)

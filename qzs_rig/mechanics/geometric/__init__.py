@@ -1,1 +1,0 @@
-"""The platform from first principles: six degrees of freedom, one energy (docs/geometric.md)."""
