@@ -11,7 +11,7 @@ from qzs_rig import estimation, excitation, sensing
 from qzs_rig.errors import InputError
 from qzs_rig.excitation import shaker
 from qzs_rig.mechanics import platform
-from qzs_rig.parameters import Parameter, RunSpec, parse_assignment, read_yaml
+from qzs_rig.parameters import Parameter, RunSpec, parse_assignment, positive, read_yaml
 from qzs_rig.samples import NS
 from qzs_rig.units import DOFS, displacement_unit
 
@@ -40,14 +40,11 @@ RUN_PARAMETERS = (
         'run.lead_time', float, 5.0, 's', 'how long before that; at least excitation.ramp', 0.0
     ),
     *(
-        Parameter(
+        positive(
             f'run.stroke_limit.{dof}',
-            float,
             None,
             displacement_unit(dof),
             f'largest {dof.replace("_", " ")} stroke of the top against the base; unset: any',
-            0.0,
-            above=True,
         )
         for dof in DOFS
     ),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from qzs_rig.campaign.task import Harvest, Points
 from qzs_rig.errors import InputError
 from qzs_rig.mechanics.platform import refuse_coupled, unbuildable
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 from qzs_rig.theory.motion.batch import Batch
 from qzs_rig.theory.motion.stroboscope import alike, cheapest_steps
 from qzs_rig.theory.oscillator import Oscillator
@@ -19,26 +19,19 @@ from qzs_rig.units import DOFS
 
 MOTION = (
     Parameter('dof', str, 'vertical', '', 'degree of freedom', choices=DOFS),
-    Parameter(
-        'amplitude', float, None, '', 'base amplitude Ĥ over L20, rotations in rad', 0.0, above=True
-    ),
-    Parameter(
+    positive('amplitude', None, '', 'base amplitude Ĥ over L20, rotations in rad'),
+    positive(
         'displacement',
-        float,
         None,
         'm or rad',
         'base amplitude, instead of amplitude',
-        0.0,
-        above=True,
         replaces=('amplitude',),
     ),
 )
 """What a point says of the base motion."""
 FREQUENCY = (
-    Parameter('omega', float, None, '', 'frequency Ω over omega0', 0.0, above=True),
-    Parameter(
-        'frequency', float, None, 'Hz', 'instead of omega', 0.0, above=True, replaces=('omega',)
-    ),
+    positive('omega', None, '', 'frequency Ω over omega0'),
+    positive('frequency', None, 'Hz', 'instead of omega', replaces=('omega',)),
 )
 AMPLITUDE_NEEDED = ('amplitude', 'displacement')
 FREQUENCY_NEEDED = ('omega', 'frequency')
@@ -51,7 +44,7 @@ INPUTS = (
 NEEDED = (AMPLITUDE_NEEDED, FREQUENCY_NEEDED)
 STEPS = (
     Parameter('steps', int, 0, '', 'integration steps a period; 0: as few as keep `error`', 0),
-    Parameter('error', float, 1e-6, '', 'of w, when steps are chosen', 0.0, above=True),
+    positive('error', 1e-6, '', 'of w, when steps are chosen'),
 )
 
 

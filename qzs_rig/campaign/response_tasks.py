@@ -8,14 +8,14 @@ from qzs_rig.campaign.oscillators import AMPLITUDE_NEEDED, MOTION, oscillator_of
 from qzs_rig.campaign.task import Output, Task, row_by_row
 from qzs_rig.errors import RigError
 from qzs_rig.mechanics.platform import refuse_coupled
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 from qzs_rig.theory.balance.coupled_response import response_of
 from qzs_rig.theory.balance.frequency_response import FrequencyResponse, least_branch
 from qzs_rig.theory.single_term import folds, onset_omega, peak
 
 RANGE = (
-    Parameter('low', float, 0.05, '', 'lowest Ω', 0.0, above=True),
-    Parameter('high', float, 2.0, '', 'highest Ω', 0.0, above=True),
+    positive('low', 0.05, '', 'lowest Ω'),
+    positive('high', 2.0, '', 'highest Ω'),
 )
 FALLOFF = Parameter(
     'falloff',

@@ -15,7 +15,7 @@ from qzs_rig.errors import InputError
 from qzs_rig.mechanics import statics
 from qzs_rig.mechanics.platform import platform_design
 from qzs_rig.mechanics.restoring import RESTORING
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 from qzs_rig.run import in_process
 from qzs_rig.units import DOFS, QUANTITIES
 
@@ -86,7 +86,7 @@ def proposed(spec: RunSpec, *_: object) -> Mapping[str, float]:
 
 
 def _positive(name: str, default: float | None, unit: str, text: str) -> Parameter:
-    return Parameter(name, float, default, unit, text, 0.0, above=True)
+    return positive(name, default, unit, text)
 
 
 STATICS = Task(

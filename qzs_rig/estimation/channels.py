@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from qzs_rig.errors import InputError
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 from qzs_rig.samples import IMU_CHANNELS, Array
 from qzs_rig.units import DOFS, TRANSLATIONS
 
@@ -77,14 +77,11 @@ PARAMETERS = (
                     if field.startswith('linear') == (dof in TRANSLATIONS)
                 ),
             ),
-            Parameter(
+            positive(
                 f'analyzer.{plate}.scale.{dof}',
-                float,
                 1.0,
                 'm/s² or rad/s a unit of the field',
                 f'factor on that field of the {plate} Imu (9.80665 for a sensor that reports g)',
-                0.0,
-                above=True,
             ),
         )
     ),

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from qzs_rig.excitation import sine, stepped_sine, sweep
 from qzs_rig.excitation.segments import Segment
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 from qzs_rig.units import DOFS, QUANTITIES, TRANSLATIONS
 
 EXCITATIONS: dict[str, Callable[[RunSpec], tuple[Segment, ...]]] = {
@@ -39,19 +39,14 @@ PARAMETERS = (
         )
         for dof in DOFS
     ),
-    Parameter('excitation.ramp', float, 3.0, 's', 'cosine ramp at start and end', 0.0, above=True),
-    Parameter('excitation.frequency_low', float, 1.0, 'Hz', 'lower end of the band', 0, above=True),
-    Parameter(
-        'excitation.frequency_high', float, 4.0, 'Hz', 'upper end of the band', 0, above=True
-    ),
-    Parameter(
+    positive('excitation.ramp', 3.0, 's', 'cosine ramp at start and end'),
+    positive('excitation.frequency_low', 1.0, 'Hz', 'lower end of the band'),
+    positive('excitation.frequency_high', 4.0, 'Hz', 'upper end of the band'),
+    positive(
         'excitation.duration',
-        float,
         114.0,
         's',
         'length of a sine dwell or of a whole sweep, without the ramps',
-        0.0,
-        above=True,
     ),
     Parameter(
         'excitation.direction',

@@ -8,19 +8,15 @@ import numpy as np
 
 from qzs_rig.errors import LimitError
 from qzs_rig.excitation.drive import Drive
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 from qzs_rig.units import DOFS, TRANSLATIONS
 
 PARAMETERS = (
     Parameter('shaker.limits', bool, True, '', 'refuse a run that the shaker could not perform'),
-    Parameter('shaker.force', float, 22e3, 'N', 'peak force (Table 4)', 0.0, above=True),
-    Parameter(
-        'shaker.acceleration', float, 1000.0, 'm/s²', 'peak acceleration (Table 4)', 0.0, above=True
-    ),
-    Parameter('shaker.velocity', float, None, 'm/s', 'peak velocity, if known', 0.0, above=True),
-    Parameter(
-        'shaker.displacement', float, None, 'm', 'peak displacement, if known', 0.0, above=True
-    ),
+    positive('shaker.force', 22e3, 'N', 'peak force (Table 4)'),
+    positive('shaker.acceleration', 1000.0, 'm/s²', 'peak acceleration (Table 4)'),
+    positive('shaker.velocity', None, 'm/s', 'peak velocity, if known'),
+    positive('shaker.displacement', None, 'm', 'peak displacement, if known'),
     Parameter('shaker.frequency_low', float, 1.0, 'Hz', 'lowest frequency (Table 4)', 0.0),
     Parameter('shaker.frequency_high', float, 3000.0, 'Hz', 'highest frequency (Table 4)', 0.0),
 )

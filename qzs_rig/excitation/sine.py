@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from qzs_rig.excitation.segments import Dwell, Segment
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import RunSpec, positive
 
-PARAMETERS = (
-    Parameter(
-        'excitation.frequency', float, 2.0, 'Hz', 'frequency of a sine dwell', 0.0, above=True
-    ),
-)
+PARAMETERS = (positive('excitation.frequency', 2.0, 'Hz', 'frequency of a sine dwell'),)
 
 
 def plan(spec: RunSpec) -> tuple[Segment, ...]:

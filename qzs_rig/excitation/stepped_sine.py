@@ -8,22 +8,12 @@ import numpy as np
 
 from qzs_rig.excitation.segments import Dwell, Glide, Segment
 from qzs_rig.excitation.sweep import band
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 
 PARAMETERS = (
     Parameter('excitation.steps', int, 16, '', 'frequencies in a stepped sine, each way', 2, 10000),
-    Parameter(
-        'excitation.dwell',
-        float,
-        20.0,
-        's',
-        'time on each frequency of a stepped sine',
-        0,
-        above=True,
-    ),
-    Parameter(
-        'excitation.glide', float, 1.0, 's', 'time from one frequency to the next', 0, above=True
-    ),
+    positive('excitation.dwell', 20.0, 's', 'time on each frequency of a stepped sine'),
+    positive('excitation.glide', 1.0, 's', 'time from one frequency to the next'),
 )
 
 

@@ -6,7 +6,7 @@ import math
 
 from qzs_rig.errors import InputError
 from qzs_rig.excitation.segments import Ease, LinearChirp, LogChirp, Segment
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 
 PARAMETERS = (
     Parameter(
@@ -17,15 +17,12 @@ PARAMETERS = (
         'frequency linear in time, or logarithmic (equal time an octave)',
         choices=('linear', 'log'),
     ),
-    Parameter(
+    positive(
         'excitation.ease',
-        float,
         1.0,
         's',
         'time in which a sweep takes up its rate, and gives it up at the end of the band; '
         'at most a quarter of a way',
-        0.0,
-        above=True,
     ),
 )
 

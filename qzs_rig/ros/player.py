@@ -12,7 +12,7 @@ from rclpy.context import Context
 from qzs_rig import wire
 from qzs_rig.bag import BagReader
 from qzs_rig.errors import BagError, InputError
-from qzs_rig.parameters import Parameter
+from qzs_rig.parameters import Parameter, positive
 from qzs_rig.ros.lead import LEAD_PARAMETERS, Lead
 from qzs_rig.ros.process import leave, run
 from qzs_rig.run.offline import last_sheet
@@ -39,7 +39,7 @@ class Player(Lead):
         Parameter('bag', str, '', '', 'bag to replay'),
         Parameter('topics', str, 'motion', '', 'what is replayed', choices=('motion', 'imu')),
         Parameter('mode', str, 'lockstep', '', 'pace', choices=('lockstep', 'real_time')),
-        Parameter('rate', float, 1.0, '', 'rig seconds a wall second', 0.0, 1000.0, above=True),
+        positive('rate', 1.0, '', 'rig seconds a wall second', 1000.0),
     )
     tick_s = 0.01
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from qzs_rig.parameters import Parameter, RunSpec
+from qzs_rig.parameters import Parameter, RunSpec, positive
 from qzs_rig.samples import NS, Array
 
 PARAMETERS = (
@@ -26,10 +26,8 @@ PARAMETERS = (
         'one-sided noise density of the gyro',
         0.0,
     ),
-    Parameter(
-        'sensor.acceleration_range', float, 160.0, 'm/s²', 'full scale, clipped', 0, above=True
-    ),
-    Parameter('sensor.rate_range', float, 35.0, 'rad/s', 'full scale of the gyro', 0, above=True),
+    positive('sensor.acceleration_range', 160.0, 'm/s²', 'full scale, clipped'),
+    positive('sensor.rate_range', 35.0, 'rad/s', 'full scale of the gyro'),
     Parameter('sensor.bits', int, 16, '', 'resolution of the converter over +- full scale', 4, 32),
 )
 
