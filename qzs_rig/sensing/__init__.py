@@ -6,7 +6,7 @@ from typing import Protocol
 
 from qzs_rig.parameters import Parameter, RunSpec
 from qzs_rig.samples import Array
-from qzs_rig.sensing import ideal, noisy
+from qzs_rig.sensing import noisy
 
 
 class Sensor(Protocol):
@@ -19,10 +19,20 @@ class Sensor(Protocol):
     def read(self, ideal: Array) -> Array: ...
 
 
-SENSORS: dict[str, type[Sensor]] = {'ideal': ideal.Ideal, 'noisy': noisy.Noisy}
+class Ideal:
+    """A sensor without faults: readings pass untouched."""
+
+    def __init__(self, spec: RunSpec, step_ns: int, seed: tuple[int, ...]) -> None:
+        self.clipped = 0
+
+    def read(self, ideal: Array) -> Array:
+        """The same (n, 6)."""
+        return ideal
+
+
+SENSORS: dict[str, type[Sensor]] = {'ideal': Ideal, 'noisy': noisy.Noisy}
 
 PARAMETERS = (
     Parameter('sensor.kind', str, 'ideal', '', 'sensor on both plates', choices=tuple(SENSORS)),
-    *ideal.PARAMETERS,
     *noisy.PARAMETERS,
 )
