@@ -87,6 +87,12 @@ def _compute(
     return first
 
 
+def points_kept(plan: Plan, folder: Path) -> int:
+    """Points of `plan` that `folder` holds, whoever computed them and however that ended."""
+    ledger = Ledger(folder, plan)
+    return plan.points if ledger.table is not None else _points(plan, ledger.kept())
+
+
 def _points(plan: Plan, numbers: Sequence[int]) -> int:
     return sum(stop - first for first, stop in map(plan.part, numbers))
 

@@ -12,7 +12,7 @@ from qzs_rig import scenario
 from qzs_rig.campaign import plan, table_file
 from qzs_rig.campaign.finished import quick_look, summary, summary_text
 from qzs_rig.campaign.ledger import TABLES
-from qzs_rig.campaign.perform import Expected, Performed, expected, perform
+from qzs_rig.campaign.perform import Expected, Performed, expected, perform, points_kept
 from qzs_rig.campaign.plan import Plan
 from qzs_rig.campaign.runners import Cluster, Threads
 from qzs_rig.campaign.tasks import TASKS
@@ -135,8 +135,8 @@ def _performed(
         return perform(wanted, folder, runner, options.format, show)
     except KeyboardInterrupt:
         raise RunAbortedError(
-            f'stopped with {at or 0} of {wanted.points} points kept in {folder}; the same command '
-            'goes on from there'
+            f'stopped with {points_kept(wanted, folder)} of {wanted.points} points kept in '
+            f'{folder}; the same command goes on from there'
         ) from None
     finally:
         progress.close()
