@@ -152,18 +152,24 @@ def advancing(law: RestoringLaw, number: int) -> Any:
 
 
 def gathering(count: int) -> Any:
-    """A function that returns the first `count` rows of p at a column as a tuple.
+    """A function that returns the first `count` rows, 3 or more, of p at a column as a tuple.
 
-    A compiled tuple has its length from the code, so each adds one to the shorter one before.
+    A compiled tuple has its length from the code: the three numbers of a cubic and the six of a
+    design are written out, which compiles soon; each further one is added to the tuple before.
     """
-    last = count - 1
-    if last == 0:
+    if count == 3:
 
         def gather(p: Any, column: int) -> Any:
-            return (p[last, column],)
+            return p[0, column], p[1, column], p[2, column]
+
+    elif count == 6:
+
+        def gather(p: Any, column: int) -> Any:
+            three = p[0, column], p[1, column], p[2, column]
+            return (*three, p[3, column], p[4, column], p[5, column])
 
     else:
-        before = gathering(last)
+        before, last = gathering(count - 1), count - 1
 
         def gather(p: Any, column: int) -> Any:
             return (*before(p, column), p[last, column])
